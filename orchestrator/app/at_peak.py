@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
 DROP = 0.05
-"""part of its peak that a wall loses where the peak may be a spike"""
+"""part of its peak that a wall loses where the peak may be a spike, and that a load lies below it at which it snaps"""
 NARROW = 1 / 400
 """part of the final displacement within which it is one, and that a motion without rest has to be longer than to count:
 a tenth of the largest increment"""
@@ -46,6 +46,7 @@ def wall_at_peak(contact_model: ContactModel, at_peak: Increment, bound_without:
         fallen=float(weight[fallen].sum() / weight.sum()),
         bound_left=bound_without(fallen) if fallen.any() else None,
         drawn_contacts=most_of_drawn_contacts(contact_model, in_front(contact_model, at_peak)),
+        increment=at_peak.number,
     )
 
 
@@ -62,8 +63,13 @@ def control_share(contact_model: ContactModel, at_rest: Increment, at_end: Incre
 
 def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: float) -> Snap | None:
     """Return the farthest motion from rest to rest among increments in their order, up to the peak, None where none is
-    longer than NARROW of the final displacement `end` (m)."""
+    longer than NARROW of the final displacement `end` (m).
+
+    A wall whose displacements are prescribed goes through equilibria that bear less than it bore before. Under that
+    load it moves on to the first that bears as much again: such a motion where it is less than the peak by DROP.
+    """
     rest, snaps, moving = at_peak, [(0.0, 0.0)], False
+    highest, fell = at_peak, False
     for one in increments:
         moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
         if one.moving or one.number > at_peak.number:
@@ -71,6 +77,12 @@ def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: floa
         if moving and one.phase != "gravity":
             snaps.append((abs(one.pushed - rest.pushed), rest.load_multiplier))
         rest, moving = one, False
+        if one.phase == "gravity" or one.load_multiplier >= highest.load_multiplier:
+            if fell and highest.load_multiplier < (1.0 - DROP) * at_peak.load_multiplier:
+                snaps.append((abs(one.pushed - highest.pushed), highest.load_multiplier))
+            highest, fell = one, False
+        else:
+            fell = True
     moved, multiplier = max(snaps)
     return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > NARROW * end else None
 

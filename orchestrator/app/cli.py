@@ -204,7 +204,7 @@ def _add_export(commands: Any) -> None:
         "export templates/benchmark1.toml --format calculix --output build/benchmark1.inp",
     )
     exporting.add_argument("case", type=Path, metavar="RUN_OR_CASE", help="run folder, case file or block file")
-    exporting.add_argument("--format", choices=EXPORT_FORMATS, default="vtu", help="default: vtu")
+    exporting.add_argument("--format", choices=EXPORT_FORMATS, help="default: by the name of the file, vtu without one")
     exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
     exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
     exporting.add_argument("--output", type=_path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")

@@ -36,7 +36,12 @@ from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block
-from orchestrator.masonry.joint_warnings import idle_classes, lost_joints, short_contacts
+from orchestrator.masonry.joint_warnings import (
+    idle_classes,
+    lost_joints,
+    short_contacts,
+    strengths_beyond_the_cone,
+)
 from orchestrator.masonry.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
@@ -121,6 +126,7 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
         *lost_joints(assemblage, case.joints),
         *short_contacts(assemblage, case.joints),
         *idle_classes(assemblage, case.joints.classes),
+        *strengths_beyond_the_cone(assemblage, case.joints.classes),
         *implausible(assemblage.wall),
         *without_verification(case.seismic),
     ]
@@ -172,7 +178,9 @@ def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnal
     tied, loads = _loaded(case, assemblage)
     with _naming_input(case):
         analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
-    warnings = (*lost_joints(assemblage, case.joints), *idle_classes(assemblage, case.joints.classes))
+    classes = case.joints.classes
+    of_classes = (*idle_classes(assemblage, classes), *strengths_beyond_the_cone(assemblage, classes))
+    warnings = (*lost_joints(assemblage, case.joints), *of_classes)
     return tied, replace(analysis, remarks=(*assemblage.wall.remarks, *warnings, *analysis.remarks))
 
 
@@ -223,7 +231,7 @@ def segment(case: Case) -> Segmented:
     idle = idle_ties(assemblage.wall, case.reinforcement.ties, partition.body_of_block)
     partition = replace(partition, remarks=(*partition.remarks, *idle))
     analysis = of_first_joints(analysis, assemblage.joints.count)
-    return Segmented.into(assemblage, analysis, partition)
+    return Segmented.into(assemblage, analysis, partition, case.contact.softening_displacement)
 
 
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:

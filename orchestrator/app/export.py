@@ -18,8 +18,7 @@ from orchestrator.app.pushover_run import mesh_cache
 from orchestrator.app.segmented import Segmented
 from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.errors import CaseError
-from orchestrator.macroblocks.bodies import Bodies, make_bodies
-from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.pushover.contact.faces import find_touching
 from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
@@ -40,6 +39,16 @@ GROUND = 200.0
 stiffness of their own in statics, and carry 1 % of the weight at 0.05 mm"""
 A_LINE = 16
 """numbers on a line of a deck at most"""
+
+
+def kind_of(output: Path | None) -> str:
+    """Return what a file is to be written as by the end of its name, vtu without a file. Raises CaseError for an end
+    that none or several have."""
+    kinds = [kind for kind, suffix in SUFFIX.items() if output is None or suffix == output.suffix.lower()]
+    if output is not None and len(kinds) != 1:
+        of_it = " and ".join(kinds) or "none"
+        raise CaseError("--output", f"{output.name}: its end does not say which format: {of_it}", "give --format too")
+    return kinds[0]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,11 +75,8 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
     if kind in DECKS and any(law.any() for law in laws):
         problem = "decks carry rigid joints that do not crush"
         raise CaseError("joints.classes", problem, "leave stiffness and compressive strength out", str(case.file))
-    bodies = segmented.bodies
-    if model == "micro":
-        partition = one_body_per_block(segmented.assemblage)
-        bodies = make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)
-    elif len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in DECKS:
+    bodies = segmented.bodies_of(model)
+    if model == "macro" and len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in DECKS:
         problem = "a deck gives a body one density, and macroblocks join blocks of several"
         raise CaseError("wall", problem, "use --model micro, or export the mesh", str(case.file))
     if kind in ("vtu", "msh"):

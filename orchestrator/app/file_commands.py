@@ -28,23 +28,26 @@ LISTED_REMARKS = 20
 def import_wall(options: argparse.Namespace, console: Console) -> int:
     """Turn a drawing, a picture or a list of blocks into a block file; return the exit code."""
     texts = {name: getattr(options, name) for name in options.reading}
-    if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
-        raise CaseError("--output", f"{options.output} is the file to import", "give another name")
-    storage.try_file(options.output, options.force)
+    refused, picture = (options.output.with_name(f"{options.output.stem}_{name}") for name in ("refused", "imported"))
+    written = (options.output, *_drawn(picture))
+    for path in (*written, *_drawn(refused)):
+        if path.exists() and options.file.exists() and path.samefile(options.file):
+            raise CaseError("--output", f"{path}, which it would write, is the file to import", "give another name")
+    for path in written:
+        storage.try_file(path, options.force)
     from orchestrator.app import space_intake as in_space
 
     given_in_space = {name: value for name, value in texts.items() if value is not None}
     if in_space.takes(options.file, given_in_space):
-        return in_space.import_wall(options.file, given_in_space, options.output, console)
+        return in_space.import_wall(options.file, given_in_space, options.output, picture, console)
     from orchestrator.app import intake
 
     intake.refuse_output(options.output)
-    refused = options.output.with_name(f"{options.output.stem}_refused")
     with shown(console, "import", "outlines, gaps and overlaps, joints"):
         taken = intake.import_wall(options.file, texts, refused)
     wall, remarks = taken.wall, taken.remarks
     with shown(console, "import", "block file and pictures"):
-        written = intake.write_wall(taken, options.output)
+        intake.write_wall(taken, options.output, picture)
     for remark in remarks[:LISTED_REMARKS]:
         console.print(remark, soft_wrap=True)
     if len(remarks) > LISTED_REMARKS:
@@ -55,6 +58,11 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     counted = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
     console.print(f"{counted}: {files}", soft_wrap=True)
     return 0
+
+
+def _drawn(picture: Path) -> list[Path]:
+    """Return the files that a picture of this name is written to."""
+    return [picture.with_name(f"{picture.name}{suffix}") for suffix in (".png", ".svg")]
 
 
 def new(options: argparse.Namespace, console: Console) -> int:
@@ -103,18 +111,19 @@ def export(options: argparse.Namespace, console: Console) -> int:
     load_cases.refuse_several(case, "export")
     cases.refuse_ties(case, "export")
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
-    output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
+    kind = options.format or exports.kind_of(options.output)
+    output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[kind]}")
     refuse_what_is_not_utf8(str(output), "--output")
     if options.multiplier is not None:
-        if options.format not in exports.DECKS:
-            problem = f"is of the steps of a deck, and a mesh ({options.format}) has none"
+        if kind not in exports.DECKS:
+            problem = f"is of the steps of a deck, and a mesh ({kind}) has none"
             raise CaseError("--multiplier", problem, f"leave it out, or give --format {' or '.join(exports.DECKS)}")
         if not 0 <= options.multiplier < 1e3:
             problem = f"{options.multiplier:g} is not a multiplier"
             raise CaseError("--multiplier", problem, "give one from 0 on, as in 0.3")
     storage.try_file(output, options.force)
     with shown(console, "export", "limit analysis, meshes and file"):
-        exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
+        exports.export(case, driver.segment(case), options.model, kind, options.multiplier, output)
     console.print(str(output), soft_wrap=True)
     return 0
 

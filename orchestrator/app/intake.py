@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_type_hints
 
@@ -40,7 +40,7 @@ from orchestrator.masonry.wall import Wall, check_blocks, check_wall, doubted_si
 from orchestrator.present import plots
 from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.settings.unusual import THICKEST, unusual_material
-from orchestrator.storage.files import write_json
+from orchestrator.storage.files import read_json, write_json
 from orchestrator.storage.values import blocks_record
 
 BLOCK_FILES = (".json",)
@@ -65,14 +65,19 @@ class LooseSettings(Checked):
     that it has the longest joint with"""
 
 
+ABOUT = ("source", "licence", "license", "remark")
+"""keys of a block file that stay when it is imported"""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Intake:
-    """A wall as read, remarks on how (warnings first), and the wall before loose stones were left out or glued, if any
-    were."""
+    """The wall as read, remarks on how (warnings first), the wall before loose stones were left out or glued, if any
+    were, and what a block file says for people (`ABOUT`)."""
 
     wall: Wall
     remarks: list[str]
     before: Wall | None = None
+    about: Mapping[str, str] = field(default_factory=dict)
 
 
 def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = None) -> Intake:
@@ -101,7 +106,14 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             remedy = f"reading it warned of a likely cause: {warned}; else " if warned else ""
             said = CaseError(error.key, error.problem, doubted_size(wall) or remedy + error.remedy)
             raise _drawn(said, wall, picture) from None
-    return Intake(kept, sorted([*more, *remarks], key=lambda remark: not DOUBTS.search(remark)), before)
+    about = _about(path) if path.suffix.lower() in BLOCK_FILES and not holds_annotations(path) else {}
+    return Intake(kept, sorted([*more, *remarks], key=lambda remark: not DOUBTS.search(remark)), before, about)
+
+
+def _about(block_file: Path) -> dict[str, str]:
+    """Return what a block file says for people."""
+    record = read_json(block_file)
+    return {key: str(record[key]) for key in ABOUT if key in record}
 
 
 def _thick(wall: Wall) -> list[str]:
@@ -154,7 +166,10 @@ def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
             wall = glued(assemblage, falling)
     check_wall(wall)
     said = [f"{_stones(dropped)} that hung in mortar left out: {_listed(dropped)}"] if dropped else []
-    said += [f"{_stones(stuck)} that hung in mortar glued to a neighbour: {_listed(stuck)}"] if stuck else []
+    if stuck:
+        lost = sorted({block.material for block in before.blocks if block.id in stuck and block.material})
+        of_what = f", of {', '.join(lost)}: now of the neighbour's material" if lost else ""
+        said.append(f"{_stones(stuck)} that hung in mortar glued to a neighbour: {_listed(stuck)}{of_what}")
     return wall, before if said else None, said
 
 
@@ -182,16 +197,18 @@ def _left_out(wall: Wall, positions: IntArray) -> Wall:
     return replace(wall, blocks=kept, mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))
 
 
-def write_wall(taken: Intake, output: Path) -> list[Path]:
-    """Write the block file `output` (.json) and beside it pictures with block numbers, loose stones left out or
-    glued in red; return what was written."""
+def write_wall(taken: Intake, output: Path, picture: Path | None = None) -> None:
+    """Write the block file `output` (.json), and pictures with block numbers, loose stones left out or glued in red:
+    `picture`, without its suffix, or none."""
     refuse_output(output)
     wall, remarks = taken.wall, taken.remarks
     kept = {block.id for block in wall.blocks}
     loose = [block.polygon for block in taken.before.blocks if block.id not in kept] if taken.before else []
     with together():
-        write_json(output, blocks_record(wall) | ({"remark": "; ".join(remarks)} if remarks else {}))
-        return [output, *plots.save(plots.blocks(wall, numbered=True, loose=loose), output.parent, output.stem)]
+        said = "; ".join(filter(None, (taken.about.get("remark"), *remarks)))
+        write_json(output, blocks_record(wall) | dict(taken.about) | ({"remark": said} if said else {}))
+        if picture is not None:
+            plots.save(plots.blocks(wall, numbered=True, loose=loose), picture.parent, picture.name)
 
 
 def refuse_output(output: Path) -> None:

@@ -41,15 +41,18 @@ from orchestrator.basis.errors import (
     require_kinds,
 )
 from orchestrator.basis.parallel import this_rank
+from orchestrator.basis.printed import millimetres, percent_of
 from orchestrator.basis.threads import in_turn
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
+from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.contact.cohesion import CoarseCracks, coarse_cracks
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
 from orchestrator.pushover.increments import BodyMask, Increment, PushoverCurve, end_of_curve
 from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
@@ -64,6 +67,8 @@ if TYPE_CHECKING:
 
 SAME_LOAD = 1e-9
 """part by which the loads of limit analysis and of `push` may differ: rounding"""
+TOO_STRONG = 0.05
+"""part of the live load's moment that bonds which crack may carry too much at a valid peak"""
 
 
 Ended = ConvergenceError | CollapseError | HeldError | None
@@ -113,7 +118,9 @@ def push(
     stepping = stepping or SteppingSettings()
     strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
     began, expected = perf_counter(), analysis.expected_multiplier
-    bodies = make_bodies(assemblage, partition, analysis.headline.joint_forces)
+    forces, softening = analysis.headline.joint_forces, contact.softening_displacement
+    hinges = pressed_at_hinges(assemblage, analysis)
+    bodies = make_bodies(assemblage, partition, forces, elastic.elastic_modulus, softening, hinges)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
     contact_model = _model_of(assemblage, bodies, meshes, load, strict)
     assembled = perf_counter()
@@ -209,7 +216,6 @@ def judged(
 
     bound_without: asked of what has fallen at the peak, where anything has.
     """
-    from orchestrator.pushover.contact.cohesion import elements_at_cracks
     from orchestrator.pushover.contact.mortar import coarse_toes
 
     if isinstance(complaint, ConvergenceError):
@@ -231,7 +237,10 @@ def judged(
     )
     bound = None if large else expected * contact_model.horizontal_load
     ended = f"it broke off {place(last)}" if failures else ""
-    invalid = _invalid(model, curve, first_misfit(rows), effort.energy_error, bound, ended)
+    moment = moment_of_load(contact_model, at_peak)
+    after = next((one for one in increments() if one.number == peak + 1), None)
+    cracks = coarse_cracks(bodies, contact_model.contacts, at_peak, after, moment, contact_model.height)
+    invalid = _invalid(model, curve, first_misfit(rows), effort.energy_error, bound, cracks, ended)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.PushoverSummary(
         model=model, bodies=contact_model.bodies, nodes=len(contact_model.meshes.nodes),
@@ -241,8 +250,8 @@ def judged(
         **largest(rows), seconds=seconds, peak_memory=peak_memory(), stopped_because=curve.stopped_because,
         complaint=str(complaints[0]) if complaints else None,
         valid=invalid is None, not_valid_because=None if invalid is None else invalid.detail,
-        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, moment_of_load(contact_model, at_peak)),
-        crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
+        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, moment),
+        crack_size=cracks.size, crack_error=cracks.error,
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
         control_share=control_share(contact_model, at_rest, at_end), spike=spike_of(curve, end),
@@ -311,11 +320,15 @@ def _invalid(
     misfits: RowMisfits | None,
     energy_error: float,
     highest: float | None,
+    cracks: CoarseCracks,
     broke_off: str,
 ) -> ResultError | None:
     """Return why a curve is not valid: what `check` finds, or that it broke off."""
     try:
         check_curve(curve, misfits, energy_error, highest)
+        if cracks.error > TOO_STRONG:
+            long = f"elements are too long where they crack: refine mesh.size, {millimetres(cracks.size)} are enough"
+            raise ResultError("bonds", f"{percent_of(cracks.error)} of the peak may be too much, as {long}")
         if broke_off:
             raise ResultError("end of the curve", broke_off)
     except ResultError as error:

@@ -9,8 +9,8 @@ does so for `run`, into its folder, and `left_off` finds the macroblocks at whic
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -30,6 +30,7 @@ from orchestrator.masonry.ties import idle_ties
 from orchestrator.masonry.wall import Wall
 from orchestrator.settings.case import Case, ModelName, RunSettings, read
 from orchestrator.storage import StateStore
+from orchestrator.storage.files import read_json, write_json
 from orchestrator.storage.identity import identity, settings_that_differ
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ if TYPE_CHECKING:
 
 MODELS: tuple[ModelName, ...] = ("macro", "micro")
 """in the order in which a run pushes both"""
+
+BORNE = "borne.json"
+"""file in a model's folder: what its macroblocks bore, the coarsest first"""
 
 logger = logging.getLogger(__name__)
 
@@ -47,20 +51,23 @@ def push_and_refine(
     partition: Partition,
     push_partition: Callable[[Partition], Pushed],
     margin: float = MacroblockSettings().margin,
+    earlier: Sequence[Borne] = (),
+    remember: Callable[[Sequence[Borne]], None] = lambda borne: None,
 ) -> tuple[Partition, Pushed]:
     """Push macroblocks, and finer ones until finite elements, limit analysis and twice as many agree; return the last.
 
-    margin: as in MacroblockSettings. The remarks of the partition say what was pushed before. Raises CaseError where
-    the first do not fit into the memory, ConvergenceError where they have no curve; where finer ones do not fit or have
-    none, those before them stand (the latter pushed again: what they left in a folder is gone).
+    margin: as in MacroblockSettings. earlier: what coarser macroblocks bore, of a run that goes on; remember: told of
+    them and of all that were pushed, before finer ones are. The remarks of the partition say what was pushed before.
+    Raises CaseError where the first do not fit into the memory, ConvergenceError where they have no curve; where finer
+    ones do not fit or have none, those before them stand (the latter pushed again: what they left in a folder is gone).
     """
-    said, borne, stones = partition.remarks, list[Borne](), stones_of(assemblage)
+    said, borne, stones = partition.remarks, [*earlier], stones_of(assemblage)
     next_one: Partition | None = partition
     while next_one is not None:
         try:
             done = push_partition(next_one)
         except (CaseError, ConvergenceError) as error:
-            if not borne:
+            if len(borne) == len(earlier):
                 raise
             said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
             if isinstance(error, ConvergenceError):
@@ -71,6 +78,7 @@ def push_and_refine(
         borne.append(Borne(partition.count, peak, is_peak, done.summary.valid, in_large, done.summary.held))
         next_one = None if is_enough(analysis, margin, borne, stones) else finer(assemblage, analysis, partition)
         if next_one is not None:
+            remember(borne)
             logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, next_one.count)
     return remarked(analysis, margin, replace(partition, remarks=said), borne, stones), done
 
@@ -111,13 +119,28 @@ def push_segmented(
 
     if model == "micro" or chosen.tolerances is not None:
         return segmented, push_bodies(segmented.bodies_of(model), resume)
-    margin = case.macroblocks.margin
-    partition, done = push_and_refine(segmented.assemblage, analysis, chosen, push_macroblocks, margin)
+    known = output / model / BORNE
+    partition, done = push_and_refine(
+        segmented.assemblage,
+        analysis,
+        chosen,
+        push_macroblocks,
+        case.macroblocks.margin,
+        on_root(comm, _borne_in, known, chosen.count) if resume else (),
+        lambda borne: on_root(comm, write_json, known, [asdict(one) for one in borne]),
+    )
     if partition.remarks == chosen.remarks:
         return segmented, done
     before, now = (idle_ties(wall, case.reinforcement.ties, p.body_of_block) for p in (chosen, partition))
     remarks = [remark for remark in partition.remarks if remark not in before]
     return segmented.divided(replace(partition, remarks=(*remarks, *now))), done
+
+
+def _borne_in(known: Path, bodies: int) -> tuple[Borne, ...]:
+    """Return what fewer macroblocks than `bodies` bore before a run was stopped."""
+    if not known.is_file():
+        return ()
+    return tuple(one for one in (Borne(**record) for record in read_json(known)) if one.bodies < bodies)
 
 
 def _of_same_bodies(model: ModelName, case: Case, segmented: Segmented, bodies: Bodies, output: Path) -> Path | None:
@@ -177,8 +200,7 @@ def left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
             more = finer(left.assemblage, left.analysis, left.partition) if automatic else None
             if more is None:
                 raise
-            said = f"refined from {segmented.partition.count} macroblocks before the run was stopped"
-            left = segmented.divided(replace(more, remarks=(*segmented.partition.remarks, said)))
+            left = segmented.divided(replace(more, remarks=segmented.partition.remarks))
     for model in case.run.models:
         refuse_longer_curve(case, left.assemblage.wall, left.bodies_of(model), output / model)
     return left

@@ -68,8 +68,8 @@ def read_file(path: Path, options: Mapping[str, str], say: Callable[[str], None]
     return with_supports(wall, _ids(options.get("supports", "")))
 
 
-def import_wall(path: Path, options: Mapping[str, str], output: Path, console: Console) -> int:
-    """Read a file, check it, write a block file and its picture; return the exit code."""
+def import_wall(path: Path, options: Mapping[str, str], output: Path, picture: Path, console: Console) -> int:
+    """Read a file, check it, write a block file and its picture (named without suffix); return the exit code."""
     if output.suffix.lower() != ".json":
         raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
     with naming(path):
@@ -81,7 +81,7 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, console: C
         console.print(f"{path}: {remark}", soft_wrap=True)
     with together():
         write_json(output, as_record(wall))
-        png = space_pictures.save_wall(assemblage, -np.eye(3)[1], output.with_suffix(".png"))
+        png = space_pictures.save_wall(assemblage, -np.eye(3)[1], picture.with_name(f"{picture.name}.png"))
     counts = f"{len(wall.blocks)} blocks in space, {int(wall.fixed.sum())} of them supports"
     text = f"{output}: {counts}, {assemblage.joints.count} joints; {png}"
     console.print(text, soft_wrap=True)

@@ -25,7 +25,6 @@ from orchestrator.basis.atomic_files import MARK, TEMPORARY
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.parallel import Spread, workers_into
 from orchestrator.basis.printed import printed
-from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.macroblocks.tolerance_grid import Cell, distinct, grid, key
 from orchestrator.masonry.wall import Wall
@@ -86,7 +85,7 @@ def _study(case: Case, output: Path, spread: Spread, report: Report, force: bool
         key_here = error.key.replace("macroblocks", "study")
         raise CaseError(key_here, error.problem, error.remedy, str(case.file)) from None
     micro = one_body_per_block(assemblage)
-    segmented = Segmented.into(assemblage, analysis, micro)
+    segmented = Segmented.into(assemblage, analysis, micro, case.contact.softening_displacement)
     runs = [
         _run_of(partition, case, segmented, output) for partition in distinct([micro, *(c.partition for c in cells)])
     ]
@@ -123,9 +122,8 @@ def _run_of(partition: Partition, case: Case, segmented: Segmented, output: Path
         macroblocks=partition.tolerances or case.macroblocks,
     )
     name = "micro" if every_stone else f"{partition.count}_bodies"
-    bodies = make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)
     folder = output / "runs" / f"{name}-{_digest(case, segmented.assemblage.wall, partition)}"
-    return PartitionRun(settings, replace(segmented, partition=partition, bodies=bodies), folder)
+    return PartitionRun(settings, segmented.divided(partition), folder)
 
 
 def _digest(case: Case, wall: Wall, partition: Partition) -> str:

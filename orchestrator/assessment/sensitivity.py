@@ -54,7 +54,7 @@ class SensitivitySettings(Checked):
     tensile_strength: Annotated[tuple[Annotated[float, Ge(0), Unit("Pa")], ...], MaxLen(2)] = ()
     """of every joint"""
     compressive_strength: Annotated[tuple[Annotated[float, Gt(0), Unit("Pa")], ...], MaxLen(2)] = ()
-    """of every joint, for analysis = "limit" """
+    """of every joint"""
     samples: Annotated[int, Ge(0), Le(100_000)] = 100
     """samples of the Latin hypercube; 0: the tornado alone"""
     seed: Annotated[int, Ge(0)] = 1

@@ -23,13 +23,14 @@ from orchestrator.limit_analysis.gravity import (
     refuse_the_verge,
     refuse_what_falls,
 )
+from orchestrator.limit_analysis.leaning_columns import column_words
 from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.remarks import points_words, remarks_of
+from orchestrator.limit_analysis.remarks import few_move_words, points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
     SAME_ANSWER,
@@ -97,11 +98,13 @@ def analyse(
     borne = answer.headline.load_multiplier * problem.equilibrium.live_total
     least = GRAVITY_TOLERANCE * problem.equilibrium.unit_force
     refuse_the_verge(borne, least, moving_without_load(problem, known.met))
+    few = tuple(few_move_words(problem, view.loads, answer.headline, settings.local_share))
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)
     said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
-    remarks = (*answer.remarks, *points_words(points), *said)
+    leaning = column_words(assemblage, loads, answer.headline, elastic_modulus)
+    remarks = (*answer.remarks, *few, *points_words(points), *said, *leaning)
     answer = replace(answer, points_in_common=points, is_bound=not (points or said), remarks=remarks)
     return replace(answer, wall=fingerprint_of_wall(assemblage))
 

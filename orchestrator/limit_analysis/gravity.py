@@ -122,8 +122,10 @@ def associative_optimum(problem: Problem) -> LimitSolution:
 
 
 def _unresisted() -> CaseError:
-    text = "no live load in this direction brings it down while sliding dilates: blocks are wedged between supports"
-    return CaseError("wall", text, "check which blocks are fixed, or reverse the load")
+    text = (
+        "no live load in this direction brings it down while sliding dilates: the load presses it together, or blocks "
+    )
+    return CaseError("wall", f"{text}are wedged between supports", "check which blocks are fixed, or reverse the load")
 
 
 def is_held(live_load: FloatArray, velocities: FloatArray, dimension: int) -> bool:

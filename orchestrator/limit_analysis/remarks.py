@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
-from orchestrator.basis.printed import as_lambda
+import numpy as np
+
+from orchestrator.basis.printed import as_lambda, percent_of
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.loading import Loaded, has_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath
+from orchestrator.limit_analysis.search.moving_parts import ids_of, moving_share
 from orchestrator.limit_analysis.validation import LIMITS
+from orchestrator.loads.block_loads import Loads
+from orchestrator.loads.local_part import is_local
 from orchestrator.masonry.block_properties import block_moduli
 from orchestrator.masonry.points_in_common import PointInCommon
 
@@ -70,6 +75,21 @@ def no_rest_words(stones: str, count: int) -> str:
     return f"{said}: " + (f"stones {stones} go" if count > 1 else f"stone {stones} goes") + " down unless wedged"
 
 
+def few_move_words(problem: Problem, loads: Loads, state: LimitState, local_share: float) -> Iterator[str]:
+    """Yield which stones move in the state that counts for a wall that is not loaded, where they are so few that
+    loading would take them away and go on; loads: of the problem's assemblage."""
+    if has_path(problem.friction):
+        return
+    moving, share, gone = moving_share(problem, loads, state, np.ones(len(problem.assemblage.wall.blocks), dtype=bool))
+    if not is_local(share, gone, local_share):
+        return
+    stones = ", ".join(map(str, ids_of(problem, moving)))
+    yield (
+        f"WARNING: only stones {stones} ({100 * share.dead:.2g} % of the dead load) move at the multiplier that "
+        "counts: what is left may bear more; analyse the wall without them, too"
+    )
+
+
 def local_failures_of(met: Loaded) -> Iterator[str]:
     """Yield what came loose before the wall fails."""
     for failure in met.local_failures:
@@ -86,7 +106,7 @@ def answer_words(met: Loaded) -> Iterator[str]:
     """Yield what the answer is where it is no limit state that the path came to by itself."""
     path, state = met.path, met.state
     if met.geometry_decides:
-        bears, drawn = met.multiplier, path.last_rest if path.state is None else path.state.load_multiplier
+        bears, drawn = met.multiplier, drawn_of(met)
         least = "" if met.pushed is not None and met.pushed.is_past else "at least "
         blocks = f"rigid blocks in large displacements bear {least}{as_lambda(bears)}"
         yield f"geometry decides: {blocks}, in small ones {as_lambda(drawn)}"
@@ -129,8 +149,19 @@ def geometry_words(met: Loaded) -> Iterator[str]:
     modulus = modulus_of(met)
     if met.geometry_decides:
         yield f"the peak in large displacements depends on the elastic modulus of the stones, here {modulus}"
+        if met.multiplier < drawn_of(met):
+            lost = percent_of(1.0 - met.multiplier / drawn_of(met))
+            yield (
+                f"rigid blocks on springs lose {lost} as they move; stones that give way at edges and bend may lose "
+                "more: finite elements tell (`run`)"
+            )
     if not met.displaced_rests:
         yield f"in large displacements no rest under a live load was found, with an elastic modulus of {modulus}"
+
+
+def drawn_of(met: Loaded) -> float:
+    """Return the multiplier of the state in small displacements, or of the last rest where none was found."""
+    return met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
 
 
 def modulus_of(met: Loaded) -> str:

@@ -28,6 +28,8 @@ STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
 AT_LEVEL = 1e-2
 """part of a block's height by which a part of its top may be off the level of a floor"""
+BESIDE = 0.01
+"""part of a stretch that may lie before or behind all tops"""
 NO_EDGES = read_only(np.zeros((0, 2, 2)))
 """of what does not lie on a top"""
 
@@ -172,9 +174,14 @@ def refuse_place(wall: Wall, load: DeadLoad, key: str) -> None:
         if load.line_load is None or len(load.stretch) != 2 or not load.stretch[0] < load.stretch[1]:
             remedy = 'give two x in ascending order with a line_load, as in ["1.2 m", "3.4 m"]'
             raise CaseError(f"{key}.stretch", f"{[*load.stretch]} is no stretch of a line load", remedy)
-        if not len(extra_dead_loads(wall, (load,)).size):
-            low, high = load.stretch
+        low, high = load.stretch
+        loaded = extra_dead_loads(wall, (load,)).edges
+        if not loaded:
             raise CaseError(f"{key}.stretch", f"no top lies between x = {low:g} and {high:g} m", "correct it")
+        first, last = (end(np.vstack(loaded)[..., 0]) for end in (np.min, np.max))
+        if high - low - (last - first) > BESIDE * (high - low):
+            problem = f"x = {low:g} to {high:g} m lies on tops from {first:g} to {last:g} m only"
+            raise CaseError(f"{key}.stretch", problem, "give where the load lies on them, or none for whole tops")
     if load.at:
         if load.force is None or len(load.at) != 2 or len(load.blocks) != 1:
             remedy = 'give x and y with a force on one of the `blocks`, as in ["1.2 m", "2.8 m"]'

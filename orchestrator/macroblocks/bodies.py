@@ -20,14 +20,18 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.planar_map import NO_BLOCK, PlanarMap
 from orchestrator.geometry.rigid import cross, polygon_area
 from orchestrator.macroblocks.criteria import Partition, refuse_other_partition
-from orchestrator.masonry.block_properties import block_areas, thinner
-from orchestrator.masonry.interfaces import STRENGTHS, Interfaces
+from orchestrator.masonry import pressed_edges
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_areas, thinner
+from orchestrator.masonry.interfaces import SOFTENING, STRENGTHS, Interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
 
 NEAR_A_TOE = 2.0
 """a joint has a toe where the resultant of its pressure lies within so many times the distance from its end at which
 it has one: other states than the one that forces are known of may press there"""
+LEANS = 0.05
+"""part of a joint that has to be pressed as a column leans on it for the joint to have a toe: 7 % of what it bears as
+drawn are lost to that"""
 STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -73,8 +77,12 @@ class Bodies:
     Area and strengths of the interfaces are those of the wall's thickness (strengths less than the joint's own where a
     thinner block meets it). joint (k,): the joint of the assemblage each comes from; edge_i, edge_j (k,): the edge of
     the outline of each body that it is. mean_stone: root of a moving block's area, in m, in the mean over the wall's
-    area, so that small stones count little: the same whatever bodies they make. toe (k, 2): length in m over which each
-    crushes, or presses soft mortar, at its start and at its end, 0 where it does not; None where no forces say so.
+    area, so that small stones count little: the same whatever bodies they make. bond_toe (k,): length in m over which
+    each is pressed at one end when it has cracked from the other and bears most, 0 without bond. toe (k, 2): length in
+    m over which each is pressed so, crushes, presses soft mortar, or has a column lean on it at its start and at its
+    end, 0 where it does not; column (k,): width in m of what leans there, inf where nothing does. Both are None where
+    no forces say so. hinge (k, 2): length in m over which each is pressed at its start and at its end as stones turn
+    about it, 0 where that is less than LEANS of it, None where no analysis says so.
     """
 
     bodies: tuple[Body, ...]
@@ -85,7 +93,10 @@ class Bodies:
     edge_i: IntArray
     edge_j: IntArray
     mean_stone: float
+    bond_toe: FloatArray
     toe: FloatArray | None = None
+    column: FloatArray | None = None
+    hinge: FloatArray | None = None
 
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
@@ -94,11 +105,20 @@ def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
     return tuple(min(names) if len(names) == 1 else "several" for names in materials[: bodies.moving])
 
 
-def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray | None = None) -> Bodies:
+def make_bodies(
+    assemblage: Assemblage,
+    partition: Partition,
+    forces: FloatArray | None = None,
+    elastic_modulus: float = ELASTIC_MODULUS,
+    softening: float = SOFTENING,
+    hinges: FloatArray | None = None,
+) -> Bodies:
     """Return the outlines of all bodies and the joints that remain between them.
 
-    forces (joints, 3) in N: of a limit state (`LimitState.joint_forces`), which say where joints crush. Raises
-    CaseError for a partition of another wall, and for an assemblage with ties among its joints.
+    forces (joints, 3) in N: of a limit state (`LimitState.joint_forces`), which say where joints crush or crack.
+    elastic_modulus: of stones that have none of their own, Pa; softening: opening at which bonds have gone, m; hinges
+    (joints, 2): of limit analysis (`pressed_at_hinges`), m. Raises CaseError for a partition of another wall, and for
+    an assemblage with ties among its joints.
     """
     refuse_other_partition(assemblage, partition)
     body_i, body_j = (partition.body_of_block[side] for side in (assemblage.joints.i, assemblage.joints.j))
@@ -118,6 +138,14 @@ def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray
     area = read_only(between.length * wall.thickness)
     i, j = (read_only(side[joint], np.int64) for side in (body_i, body_j))
     interfaces = replace(between, i=i, j=j, area=area, **strengths)
+    compliant = pressed_edges.compliances(wall, between, elastic_modulus)
+    bond_toe = pressed_edges.under_bond(between, compliant, softening)
+    toe, column = None, None
+    if forces is not None:
+        normal = np.maximum(forces[: assemblage.joints.count, :2], 0.0).sum(axis=1)
+        columns = pressed_edges.columns_on(wall, assemblage.joints, normal)
+        soft = columns.height[joint] * compliant.sum(axis=1) * between.length / between.area
+        toe, column = _toes(forces[joint], interfaces, wall, bond_toe, soft, columns.width[joint])
     return Bodies(
         bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
         moving=partition.count,
@@ -127,7 +155,10 @@ def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray
         edge_i=read_only([place[b][e] for b, e in zip(i, edge[joint].tolist(), strict=True)], np.int64),
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
         mean_stone=_mean_stone(wall),
-        toe=None if forces is None else _toes(forces[joint], interfaces, wall),
+        bond_toe=read_only(bond_toe),
+        toe=toe,
+        column=column,
+        hinge=None if hinges is None else read_only(hinges[joint] * (hinges[joint] > LEANS * between.length[:, None])),
     )
 
 
@@ -136,22 +167,32 @@ def _mean_stone(wall: Wall) -> float:
     return float(area @ np.sqrt(area) / area.sum())
 
 
-def _toes(forces: FloatArray, interfaces: Interfaces, wall: Wall) -> FloatArray:
-    """Return over what length (k, 2) in m joints under `forces` (k, 3) are pressed at their start and at their end.
+def _toes(
+    forces: FloatArray, interfaces: Interfaces, wall: Wall, bond_toe: FloatArray, soft: FloatArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return over what length (k, 2) in m joints under `forces` (k, 3) are pressed at their start and at their end, and
+    the width (k,) of columns that lean on them, inf where none does; soft, width (k,): of columns there, soft as
+    `under_column` has it, 0 where none is.
 
     Where a joint crushes, a normal force N takes x = N / (f_c t), with its resultant at x / 2 from the end. Mortar of
     stiffness k under what leans, h high, is pressed over x = (6 N h / (k t))^(1/3) when that bears most, with the
     resultant at x / 3: leaning takes as much as the resultant's distance from the end (Winkler's bed without tension).
+    A bond that has all its strength pulls at both ends alike, and what is pressed bears it too (pressed_edges.py).
     """
-    normal = np.maximum(forces[:, :2], 0.0)
+    pulled = 0.5 * interfaces.tensile_strength * interfaces.area
+    normal = np.maximum(forces[:, :2] + pulled[:, None], 0.0)
     top = max(block.polygon[:, 1].max() for block in wall.blocks if not block.fixed)
     total = normal.sum(axis=1, keepdims=True)
     high = np.maximum(top - 0.5 * (interfaces.start + interfaces.end)[:, 1:], 0.0)
     crushed = total / (interfaces.compressive_strength * wall.thickness)[:, None]
     pressed = np.cbrt(6.0 * total * high / (interfaces.normal_stiffness * wall.thickness)[:, None])
     distance = interfaces.length[:, None] * normal[:, ::-1] / np.where(total > 0.0, total, 1.0)
-    toes = [np.where(distance <= NEAR_A_TOE * part * x, x, 0.0) for part, x in ((1 / 2, crushed), (1 / 3, pressed))]
-    return read_only(np.maximum(*toes))
+    leaning = pressed_edges.under_column(total, soft[:, None])
+    leaning = np.where(leaning > LEANS * width[:, None], np.minimum(leaning, interfaces.length[:, None]), 0.0)
+    lengths = (1 / 2, crushed), (1 / 3, pressed), (1 / 3, bond_toe[:, None]), (1 / 3, leaning)
+    toes = [np.where(distance <= NEAR_A_TOE * part * x, x, 0.0) for part, x in lengths]
+    toes[-1] = toes[-1].max(axis=1, keepdims=True) + np.zeros_like(distance)  # under its dead load it may lean back
+    return read_only(np.max(toes, axis=0)), read_only(np.where(toes[-1].any(axis=1), width, np.inf))
 
 
 def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:

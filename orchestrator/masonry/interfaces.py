@@ -18,6 +18,8 @@ from orchestrator.basis.graphs import connected_groups
 
 STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
 """what interfaces have per area"""
+SOFTENING = 2e-4
+"""opening or slip at which tension and cohesion of joints have gone where nothing else is known, m"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.basis.printed import counted, few, millimetres
+from orchestrator.basis.printed import counted, few, millimetres, printed
 from orchestrator.geometry.healing import open_gaps
 from orchestrator.masonry.joints import (
     MODULI,
@@ -19,6 +19,9 @@ from orchestrator.masonry.joints import (
     joined_over,
     values_of,
 )
+
+ROUNDING = 1e-9
+"""part of a tensile strength that is rounding"""
 
 
 def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
@@ -74,6 +77,21 @@ def idle_classes(assemblage: Assemblage, classes: Sequence[JointClass]) -> list[
             replaced = [name for name in given if not (here & ~_replaced(name, classes, fits, number)).any()]
             if replaced:
                 said.append(f"{key}: later classes replace it in all its joints; not used: {', '.join(replaced)}")
+    return said
+
+
+def strengths_beyond_the_cone(assemblage: Assemblage, classes: Sequence[JointClass]) -> list[str]:
+    """Return a warning of every class whose tensile strength is more than cohesion over friction in some joint."""
+    said = []
+    for number, one in enumerate(classes):
+        here = fitting(assemblage, one)
+        least = float(assemblage.joints.tensile_strength[here].min(initial=np.inf))
+        if one.tensile_strength is not None and least < (1.0 - ROUNDING) * one.tensile_strength:
+            given, counts = (f"{printed('stress', stress)} MPa" for stress in (one.tensile_strength, least))
+            said.append(
+                f"WARNING: joints.classes.{number}.tensile_strength: {given} is more than cohesion over friction, "
+                f"where joints open at the latest: it counts as {counts} there"
+            )
     return said
 
 

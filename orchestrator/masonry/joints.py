@@ -116,7 +116,14 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     assemblage = Assemblage(_with_outlines(wall, outlines), joints, outlines, read_only(edge, np.int64))
     for number, joint_class in enumerate(settings.classes):
         assemblage = with_class(assemblage, joint_class, f"joints.classes.{number}")
-    return assemblage
+    return replace(assemblage, joints=_within_cone(assemblage.joints))
+
+
+def _within_cone(joints: Interfaces) -> Interfaces:
+    """Return joints that open where Coulomb's cone ends, at cohesion over friction, if their bond is stronger."""
+    friction = joints.friction
+    ends = np.divide(joints.cohesion, friction, out=np.full(joints.count, np.inf), where=friction > 0.0)
+    return replace(joints, tensile_strength=read_only(np.minimum(joints.tensile_strength, ends)))
 
 
 def _with_outlines(wall: Wall, outlines: PlanarMap) -> Wall:

@@ -8,6 +8,7 @@ from math import inf
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, percent_of, printed
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.limit_analysis.search.loading import SAME_ANSWER
 from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.storage import PushoverSummary, Summary
@@ -51,7 +52,16 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     low, high = analysis.non_associative_range or (multiplier, multiplier)
     low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
     left = " of what is left" * bool(analysis.local_failures)
-    return f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left)}"
+    moved = _lower_when_moved(analysis, low)
+    return f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=not moved)}{moved}"
+
+
+def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
+    """Return that rigid blocks bear less in large displacements than in the lowest state found, if so by 1 %."""
+    peak = analysis.rigid_peak
+    if peak is None or peak >= (1.0 - SAME_ANSWER) * low:
+        return ""
+    return f" On the safe side is λ = {_limit(peak)}, the most that rigid blocks bear in large displacements."
 
 
 def _without(analysis: LimitAnalysis) -> str:
@@ -86,11 +96,19 @@ def _with_other_torsion(analysis: SpaceAnalysis) -> list[str]:
     return [f"Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."]
 
 
-def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str = "", searched: bool = True) -> str:
+def _why(
+    low: float,
+    high: float,
+    bound: float,
+    holds: bool = True,
+    of_what: str = "",
+    searched: bool = True,
+    is_safest: bool = True,
+) -> str:
     """Return what a collapse state is, of states that were found from `low` to `high`, and how near to the bound.
 
     holds: whether the associative multiplier is a bound; of_what: of which wall, where it is not the wall as drawn;
-    searched: whether lower states were looked for.
+    searched: whether lower states were looked for; is_safest: whether nothing lower is known of the wall.
     """
     why = "a collapse state with friction that does not dilate; "
     if holds and bound - low <= ALIKE * bound:
@@ -98,8 +116,9 @@ def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str
         return f"{why}it reaches the associative upper bound{of_what}, and no lower one was {done}."
     if high - low <= ALIKE * high:
         return f"{why}{_bounds(bound, holds, of_what)}"
-    between = f"such states were found from {_limit(low)} to {_limit(high)}, the lowest on the safe side, as friction"
-    return f"{why}{between} leaves the answer open; {_bounds(bound, holds, of_what)}"
+    safe = ", the lowest on the safe side" * is_safest
+    between = f"such states were found from {_limit(low)} to {_limit(high)}{safe}, as friction leaves the answer open"
+    return f"{why}{between}; {_bounds(bound, holds, of_what)}"
 
 
 def _bounds(bound: float, holds: bool, of_what: str) -> str:
@@ -126,7 +145,8 @@ def answer_of_run(summary: Summary) -> str:
     """Return the sentence on a run: the base shear that counts, or that none does."""
     pushed, limit, stones = first_of_valid(summary.pushover), summary.limit_analysis, summary.wall.blocks
     if pushed is None:
-        return "No peak counts: none of the curves is valid; limit analysis alone stands."
+        takes = f", which takes {_and(plastic)}" if (plastic := _bonds(summary)) else ""
+        return f"No peak counts: none of the curves is valid; limit analysis alone stands{takes}."
     bodies = "every stone" if is_of_every_stone(pushed, stones) else "macroblocks"
     peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
     here = f"(λ = {multiplier}, FE of {bodies})"
@@ -225,8 +245,10 @@ def _in_both(small: float, large: float, peak: float) -> str:
 
 
 def _bonds(summary: Summary) -> list[str]:
-    """Return what limit analysis takes bonds as, where there are any."""
-    return ["bonds as plastic, which soften"] if summary.wall.bonded else []
+    """Return what limit analysis takes bonds and ties as, where there are any."""
+    ties = (summary.settings or {}).get("reinforcement", {}).get("ties")
+    plastic = ["bonds as plastic, which soften"] if summary.wall.bonded else []
+    return [*plastic, "ties as rigid and plastic, which stretch"] if ties else plastic
 
 
 def _and(things: Sequence[str]) -> str:

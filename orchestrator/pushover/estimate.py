@@ -39,6 +39,8 @@ ITERATIONS = 500
 """Newton iterations of a whole curve, failed attempts included"""
 UNCERTAIN = 5.0
 """factor by which a time may be less or more"""
+GRADED = 3.0
+"""triangles over edges of an outline whose elements grow from its toes (measured, about 3)"""
 SECOND_ORDER = 6.0
 """unknowns of 10-node tetrahedra over those of 4-node ones"""
 WARNED = 0.5
@@ -86,14 +88,15 @@ def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> 
     """Return what the finite elements of the moving bodies will need."""
     in_plane = on_outline = 0.0
     size = settings.size_of(bodies)
-    ends = element_ends(bodies, size, settings.toe_offset)
+    ends = element_ends(bodies, size, settings.toe_offset, settings.short_at_hinges)
     for body in bodies.bodies[: bodies.moving]:
         edges = np.concatenate(
             [np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1) for ring in (body.exterior, *body.holes)]
         )
         least = [1.0 + len(ends.get((body.number, k), ())) for k in range(len(edges))]
         boundary = float(np.maximum(np.ceil(edges / size), least).sum())
-        triangles = max(body.area / (math.sqrt(3) / 4 * size**2), boundary - 2)
+        graded = any((body.number, k) in ends for k in range(len(edges)))
+        triangles = max(body.area / (math.sqrt(3) / 4 * size**2), (GRADED if graded else 1.0) * boundary - 2)
         on_outline += boundary
         in_plane += max(boundary, 0.5 * (triangles + boundary) + 1)  # Euler: 2 vertices = triangles + boundary + 2
     levels = settings.layers + 1 if element_order == 2 else settings.layers // 2 + 1  # nodes in front are enough

@@ -25,7 +25,7 @@ from orchestrator.basis.threads import in_turn
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.wall import EXTREMES
-from orchestrator.pushover.toes import element_ends
+from orchestrator.pushover.toes import OFFSET, element_ends
 
 logger = logging.getLogger(__name__)
 
@@ -42,10 +42,11 @@ class MeshSettings(Checked):
     """both sides of a joint get the same triangles: with 10-node tetrahedra the contact patch test is then exact, not
     2 % off, but all diagonals lean one way, and walls whose courses slide take many more increments; with 4 nodes it is
     exact anyway"""
-    toe_offset: Annotated[float, Gt(0), Le(0.5)] = 0.005
-    """share of a joint's length by which the resultant of a toe that crushes, or presses mortar with a normal stiffness
-    (joints.classes), may lie off: where limit analysis finds such toes, elements are made as short as this takes; 0.5
-    leaves them at `size`"""
+    toe_offset: Annotated[float, Gt(0), Le(0.5)] = OFFSET
+    """share of a joint's length by which the resultant of a toe may lie off that crushes, presses mortar with a normal
+    stiffness (joints.classes), or is left of a cracked bond: elements are so short there; 0.5 leaves them at `size`"""
+    short_at_hinges: bool = False
+    """elements are as short where limit analysis says that stones turn about the end of a joint"""
 
     def size_of(self, bodies: Bodies) -> float:
         """Return the largest edge of an element in m."""
@@ -105,7 +106,7 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     began = perf_counter()
     moving = bodies.bodies[: bodies.moving]
     size = settings.size_of(bodies)
-    ends = element_ends(bodies, size, settings.toe_offset)
+    ends = element_ends(bodies, size, settings.toe_offset, settings.short_at_hinges)
     shapes = [_shape(body, ends) for body in moving]
     known = _meshes(dict.fromkeys(shapes), bodies.thickness, size, settings, cache)
     meshes = [known[shape] for shape in shapes]
@@ -163,7 +164,6 @@ def gmsh_session(size: float) -> Iterator[Any]:
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         yield gmsh
     finally:
@@ -173,6 +173,7 @@ def gmsh_session(size: float) -> Iterator[Any]:
 def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, settings: MeshSettings) -> ShapeMesh:
     """Triangulate the outline, extrude it, and return its tetrahedra."""
     gmsh.model.add("body")
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", int(bool(shape.cuts)))
     geometry = gmsh.model.geo
     rings = _add_rings(geometry, shape, size)
     surface = geometry.addPlaneSurface(
@@ -303,7 +304,7 @@ def _content_hash(shape: CutOutline, thickness: float, size: float, settings: Me
     from importlib.metadata import version
 
     sizes = [thickness, size, settings.layers, settings.matching_faces]
-    content = [shape.rings, *sizes, version("gmsh"), "edges", *(["cuts", shape.cuts] if shape.cuts else [])]
+    content = [shape.rings, *sizes, version("gmsh"), "edges", *(["cuts", "inside", shape.cuts] if shape.cuts else [])]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 

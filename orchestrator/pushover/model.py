@@ -280,8 +280,9 @@ def displaced(
     if model.tracking is None:
         return model
     nodal = displacement.reshape(-1, 3)
-    frames = fit_frames(model.front, nodal, model.tracking.possible.master_body.max() + 1)
-    gone = touching(model.fallen, model.tracking.possible)
+    possible, faces = model.tracking.possible, model.tracking.faces
+    frames = fit_frames(model.front, nodal, max(possible.master_body.max(), faces.body.max()) + 1)
+    gone = touching(model.fallen, possible)
     tracked = track(model.tracking, model.front, frames, nodal, gone, closed, known)
     normal_rows = tracked.contacts.normal_rows(len(nodal))
     return replace(

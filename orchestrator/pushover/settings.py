@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
+from orchestrator.masonry.interfaces import SOFTENING
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ class ContactSettings(Checked):
     """elastic slip at which friction reaches Coulomb's limit, but in joints with a shear stiffness (joints.classes);
     smaller is stiffer before the peak, and slower. Left out: a third of what a stone of mean size is shortened by under
     half of the wall's weight"""
-    softening_displacement: Annotated[float, Gt(0), Le(1e-3), Unit("m")] = 2e-4
+    softening_displacement: Annotated[float, Gt(0), Le(1e-3), Unit("m")] = SOFTENING
     """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture
     energies are half of this times its strengths"""
 

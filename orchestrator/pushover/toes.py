@@ -11,56 +11,106 @@ toe fills). So h = 2 (offset L x)^(1/2) keeps it within a share `offset` of the 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.macroblocks.bodies import Bodies
 
+OFFSET = 0.005
+"""share of a joint's length by which the resultant of a toe may lie off, where nothing else is said"""
 SHORTEST = 0.0125
 """elements are no shorter than this share of the joint and of the root of the body's area: two points of contact nearer
 than 0.8 % of the latter are one (one_place.COVER)"""
 FINE = 1.5
-"""elements are short over so many lengths of the toe: the forces at the peak are not quite those it was found from"""
+"""elements are short over so many lengths of a toe that grows with its force: at the peak that is not quite the force
+it was found from"""
+FINE_OF_BOND = 0.5
+"""over so many of a toe that does not, at a bond that has cracked"""
 GROWTH = 0.7
 """by which elements grow over the distance from there: each is about twice as long as the one before"""
-SAMPLES = 2000
-"""points at which the lengths along a joint are added up"""
+ACROSS = 4.0
+"""elements across a column that leans: of fewer it bends too little"""
+ALONG = 8.0
+"""widths of a column from its bed over which it has them"""
+SAMPLES = 500
+"""points of an edge at which the lengths along it are added up"""
 
 
-def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, int], FloatArray]:
-    """Return where elements end within the joints that have a toe, by body and edge of its outline, as shares of the
-    edge (0 and 1 left out); size: largest element, m; offset: of the resultant, as a share of the joint."""
-    toe, joints = bodies.toe, bodies.interfaces
+@dataclass(frozen=True, eq=False, slots=True)
+class Toes:
+    """Ends (q, 2) of joints that are pressed there only, how long elements are there (q,), and over which distance (q,)
+    from the end, all in m; column (q,): width of what leans on it, and bends, inf where none does."""
+
+    end: FloatArray
+    element: FloatArray
+    over: FloatArray
+    column: FloatArray
+
+    def near(self, ring: FloatArray, size: float) -> Toes:
+        """Return those whose elements are shorter than `size` somewhere in the box about a ring (n, 2)."""
+        beyond = np.maximum(np.maximum(ring.min(axis=0) - self.end, self.end - ring.max(axis=0)), 0.0)
+        here = self.wanted(np.linalg.norm(beyond, axis=1)) < size
+        return Toes(self.end[here], self.element[here], self.over[here], self.column[here])
+
+    def wanted(self, distance: FloatArray) -> FloatArray:
+        """Return how long elements (..., q) may be at a distance (..., q) from each."""
+        near = self.element + GROWTH * np.maximum(distance - self.over, 0.0)
+        return np.minimum(near, self.column / ACROSS + GROWTH * np.maximum(distance - ALONG * self.column, 0.0))
+
+
+def element_ends(
+    bodies: Bodies, size: float, offset: float, at_hinges: bool = False
+) -> dict[tuple[int, int], FloatArray]:
+    """Return where elements end within the edges near joints that have a toe, by body and edge of its outline, as
+    shares of the edge (0 and 1 left out); size: largest element, m; offset: of the resultant, as a share of the joint;
+    at_hinges: whether a joint has one, too, where limit analysis says that stones turn about its end.
+
+    Both bodies at a joint have the same."""
+    toe = bodies.toe
+    if toe is not None and bodies.hinge is not None and at_hinges:
+        toe = np.maximum(toe, bodies.hinge)
     if toe is None or not toe.any():
         return {}
-    root = np.sqrt([body.area for body in bodies.bodies])
-    places: dict[tuple[int, int], FloatArray] = {}
-    for k in np.flatnonzero(toe.any(axis=1)):
-        i, j = int(joints.i[k]), int(joints.j[k])
-        length = float(joints.length[k])
-        least = SHORTEST * max(length, min(root[body] for body in (i, j) if body < bodies.moving))
-        ends = graded(length, toe[k], size, least, offset)
-        if len(ends):
-            places[i, int(bodies.edge_i[k])] = ends
-            places[j, int(bodies.edge_j[k])] = 1.0 - ends[::-1]
+    toes, places = _toes(bodies, toe, size, offset), dict[tuple[int, int], FloatArray]()
+    for body in bodies.bodies[: bodies.moving]:
+        near, edge = toes.near(body.exterior, size), 0
+        for ring in (body.exterior, *body.holes) if len(near.element) else ():
+            for start, end in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+                ends = graded(start, end, near, size)
+                if len(ends):
+                    places[body.number, edge] = ends
+                edge += 1
     return places
 
 
-def graded(length: float, toe: FloatArray, size: float, least: float, offset: float) -> FloatArray:
-    """Return where elements end within a joint (m,), as shares of its length; toe (2,): at its start and its end, m.
+def _toes(bodies: Bodies, toe: FloatArray, size: float, offset: float) -> Toes:
+    """Return the toes (k, 2) of joints whose elements have to be shorter than `size`."""
+    joints, root = bodies.interfaces, np.sqrt([body.area for body in bodies.bodies])
+    root[bodies.moving :] = np.inf
+    least = SHORTEST * np.maximum(joints.length, np.minimum(root[joints.i], root[joints.j]))
+    element = np.maximum(2.0 * np.sqrt(offset * joints.length[:, None] * toe), least[:, None])
+    here = (0.5 * toe > offset * joints.length[:, None]) & (element < size)
+    ends = np.stack([joints.start, joints.end], axis=1)
+    over = np.where(toe > bodies.bond_toe[:, None], FINE, FINE_OF_BOND) * toe
+    assert bodies.column is not None, "known wherever toes are"
+    column = bodies.column[:, None] + np.zeros_like(toe)
+    return Toes(ends[here], element[here], over[here], column[here])
 
-    Empty where elements of `size` are short enough. All lengths in m.
+
+def graded(start: FloatArray, end: FloatArray, toes: Toes, size: float) -> FloatArray:
+    """Return where elements end within an edge from start to end (m,), as shares of its length.
+
+    Empty where elements of `size` are short enough.
     """
-    at = np.linspace(0.0, length, SAMPLES + 1)
-    wanted = np.full_like(at, size)
-    for x, distance in ((toe[0], at), (toe[1], length - at)):
-        if 0.5 * x > offset * length:
-            short = max(2.0 * np.sqrt(offset * length * x), least)
-            wanted = np.minimum(wanted, short + GROWTH * np.maximum(distance - FINE * x, 0.0))
+    at, length = np.linspace(0.0, 1.0, SAMPLES + 1), float(np.linalg.norm(end - start))
+    place = start + at[:, None] * (end - start)
+    wanted = toes.wanted(np.linalg.norm(place[:, None] - toes.end, axis=2)).min(axis=1, initial=size)
     per_length = 1.0 / wanted
-    count = np.concatenate([[0.0], np.cumsum(0.5 * (per_length[1:] + per_length[:-1])) * length / SAMPLES])
+    count = np.concatenate([[0.0], np.cumsum(0.5 * (per_length[1:] + per_length[:-1]))]) * length / SAMPLES
     elements = int(np.ceil(count[-1] - 1e-6))
     if wanted.min() >= size or elements <= np.ceil(length / size - 1e-6):
         return np.empty(0)
-    ends: FloatArray = np.interp(np.arange(1, elements) * count[-1] / elements, count, at) / length
+    ends: FloatArray = np.interp(np.arange(1, elements) * count[-1] / elements, count, at)
     return ends

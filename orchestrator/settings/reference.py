@@ -104,7 +104,10 @@ def _stated(name: str, block_file: str, opening: str, shown: Sequence[CaseSectio
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of a case file, for editors; quantities are numbers or texts with unit."""
+    """Return the JSON schema (draft 2020-12) of a case file of a plane wall, for editors.
+
+    Quantities are numbers or texts with unit.
+    """
     parts = {name: part | {"properties": dict(part["properties"])} for name, part in _described().items()}
     kinds = [*cases.section_types().values(), *cases.table_types().values()]
     for kind, section in zip(kinds, (*sections(), *tables()), strict=True):
@@ -114,7 +117,12 @@ def schema() -> dict[str, Any]:
             about = "; ".join(filter(None, (one.meaning, one.unit, one.range)))
             part["properties"][one.key] = part["properties"][one.key] | {"description": about}
     top = parts.pop(cases.CaseFile.__name__)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": parts, **top, "title": "Case file"}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$defs": parts,
+        **top,
+        "title": "Case file of a plane wall",
+    }
 
 
 @cache

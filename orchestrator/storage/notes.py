@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from math import inf
 
 from orchestrator.assessment.capacity import OUTSIDE
-from orchestrator.basis.printed import percent_of, printed
+from orchestrator.basis.printed import millimetres, percent_of, printed
 from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Snap, Summary
 
@@ -22,9 +22,8 @@ TOE_MOMENT = 0.01
 FAR_BEYOND = 0.05
 """part by which a peak may exceed the associative bound (a theorem for small displacements and the joints drawn only),
 and one of macroblocks what every stone bears as a rigid block, before it is distrusted or does not count"""
-CRACK_ELEMENTS = 8
-"""elements along a bonded joint below which a peak at which it cracks is doubtful: a block of 0.5 m bears 21 % too much
-with three, 5 % with five and 2 % with ten"""
+CRACK_MOMENT = 0.02
+"""part of the live load's moment that bonds which crack may carry too much before that is told"""
 DISTRUST = "distrust the peak"
 """what is said of a peak for which nothing that limit analysis leaves out is a reason"""
 HELD = "held by supports once it has moved: this load does not bring the wall down"
@@ -135,12 +134,20 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
             f"{pushed.model} FE: at the peak, toes that crush carry {share} of the load's moment too much: "
             f"{COARSE_TOES}"
         )
-    if pushed.crack_elements is not None and pushed.crack_elements < CRACK_ELEMENTS:
+    if pushed.crack_error > CRACK_MOMENT and pushed.valid:
         said.append(
-            f"{pushed.model} FE: the peak is too high: bonded joints crack there that have {pushed.crack_elements} "
-            "elements along them, and need ten: refine mesh.size"
+            f"{pushed.model} FE: the peak may be {percent_of(pushed.crack_error)} too high, as elements are too long "
+            f"where bonds crack: refine mesh.size, {millimetres(pushed.crack_size)} are enough"
         )
     if not is_beyond_the_drawn(pushed, limit, stones):
+        found = max(limit.multiplier, limit.large_displacements or 0.0)
+        far = not pushed.held and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * found
+        if far and is_of_every_stone(pushed, stones):
+            said.append(
+                f"{pushed.model} FE: the peak {peak} is more than 5 % above {printed('multiplier', found)}, what every "
+                "stone bears in limit analysis: friction may lead to another state, or elements are too long: compare "
+                "with half of mesh.size"
+            )
         return said
     most = printed("multiplier", most_that_stones_bear(pushed, limit))
     if at_peak.drawn_contacts is not None and is_of_new_contacts(pushed, limit):
@@ -207,8 +214,9 @@ def remarks(summary: Summary) -> list[str]:
         events = [event for event in pushed.events if not event.under_gravity]
         for event in events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.dead_load_share
+            when = "after the peak, " if event.increment > pushed.at_peak.increment > 0 else ""
             said.append(
-                f"{pushed.model} FE: {bodies} ({share:.2g} % of the dead load) fell at a load multiplier of "
+                f"{pushed.model} FE: {bodies} ({share:.2g} % of the dead load) fell {when}at a load multiplier of "
                 f"{printed('multiplier', event.load_multiplier)}; the wall went on"
             )
         if (more := len(events) - TOLD) > 0:

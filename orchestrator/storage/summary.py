@@ -28,6 +28,8 @@ class AtPeak:
     drawn_contacts: float | None = None
     """highest multiplier that the wall, as it has moved, can bear without contacts that were not drawn, where such
     press: a gap has closed, a stone has slid onto another"""
+    increment: int = 0
+    """number of the increment"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +97,10 @@ class PushoverSummary:
     """the checks of the result that failed (pushover.checks), in words"""
     toe_error: float = 0.0
     """moment that toes which crush carry too much at the peak, over that of the live load"""
-    crack_elements: int | None = None
-    """elements along the bonded joint that cracks at the peak and has the fewest, where one does"""
+    crack_size: float = 0.0
+    """size that elements need at bonded joints that crack at the peak, m; 0 where none does"""
+    crack_error: float = 0.0
+    """moment that bonds which crack carry too much at the peak, over that of the live load"""
     crushing: bool = False
     """whether a joint has a finite compressive strength"""
     max_pressed_gap: float = 0.0

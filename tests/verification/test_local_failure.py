@@ -19,7 +19,7 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.criteria import one_body_per_block
-from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present.answer import answer_of_limit
@@ -127,6 +127,18 @@ def test_a_floor_on_a_stone_counts_in_its_share(force, share):
     assert event.dead_load_share == pytest.approx(share, rel=1e-6)
     assert event.load_multiplier == pytest.approx(0.48, rel=5e-3)
     assert found.capacity.peak_multiplier > 0.6
+
+
+@pytest.mark.parametrize(("width", "is_told"), [(0.06, True), (0.2, False)])
+def test_where_nothing_is_loaded_it_is_said_that_only_few_stones_move(width, is_told):
+    """Joints that crush have no path. A pin of 0.06 m x 0.125 m overturns at 0.48, on a block that bears 0.6
+    with it; one as high and three times as wide stays on it."""
+    blocks = (Block(0, rectangle(0, -0.2, 0.7, 0.2), True, 20e3), Block(1, rectangle(0, 0, 0.7, 1.0), False, 20e3))
+    blocks += (Block(2, rectangle(0.3, 1.0, width, 0.125), False, 20e3),)
+    joints = JointSettings(classes=(JointClass(compressive_strength=5e7),))
+    found = analyse(find_joints(Wall("pin", blocks, 0.3, 0.8), joints))
+    said = [remark for remark in found.remarks if remark.startswith("WARNING: only stones 2 (")]
+    assert bool(said) == is_told
 
 
 def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():

@@ -105,3 +105,7 @@ def test_a_run_has_the_bodies_that_bear_what_the_stones_bear_and_can_be_resumed(
     assert 8 < pushover.bodies < outcome.summary.wall.blocks, (
         "16 or 32, by the processor: 16 bear 1.5 % more than 32 on one"
     )
+    again = driver.run(case, tmp_path, True, None, lambda event: None)
+    assert again.summary.macroblocks.count == pushover.bodies, "a run that is finished keeps its macroblocks"
+    assert again.summary.pushover[0].peak_multiplier == pushover.peak_multiplier
+    assert read_run(tmp_path).partition.remarks == stored.partition.remarks

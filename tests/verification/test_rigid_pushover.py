@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator import ElasticSettings, SteppingSettings, one_body_per_block, push
+from orchestrator import ElasticSettings, MeshSettings, SteppingSettings, one_body_per_block, push
 from orchestrator.app.cli import main
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
@@ -243,7 +243,8 @@ def test_published_walls_bear_nearly_their_limit_state(name):
 
 
 def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_elements_agree():
-    """24 irregular stones: stiff they bear their limit state; of 35 MPa 2 % less, in finite elements 4.5 %."""
+    """24 irregular stones: stiff they bear their limit state; of 35 MPa 2 % less, in finite elements 8 %, short
+    at pressed edges or short everywhere. No stone of a wall is a column that leans freely."""
     wall, modulus = irregular(), 3.5e7
     alone = LimitAnalysisSettings(search_blocks=1, sequence_blocks=1)
     stiff, soft = analyse(wall, alone), analyse(wall, alone, elastic_modulus=modulus)
@@ -258,12 +259,16 @@ def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_eleme
     said = answer_of_limit(soft)
     assert said.startswith("Geometry decides: in large displacements the wall bears")
     assert said.endswith("is an upper bound in small displacements.")
-    done = push(
-        wall, soft, one_body_per_block(wall), elastic=ElasticSettings(elastic_modulus=modulus),
-        stepping=SteppingSettings(final_displacement=0.02),
+    assert not any("leans on" in remark for remark in soft.remarks)
+    peak, fine = (
+        push(
+            wall, soft, one_body_per_block(wall), mesh=mesh, elastic=ElasticSettings(elastic_modulus=modulus),
+            stepping=SteppingSettings(final_displacement=0.02),
+        ).capacity.peak_base_shear / soft.horizontal_load
+        for mesh in (MeshSettings(), MeshSettings(size=0.025, toe_offset=0.5))
     )  # fmt: skip
-    peak = done.capacity.peak_base_shear / soft.horizontal_load
-    assert 0.97 * soft.headline.load_multiplier < peak < soft.headline.load_multiplier
+    assert peak == pytest.approx(fine, rel=0.015)
+    assert 0.9 * stiff.headline.load_multiplier < peak < soft.headline.load_multiplier
 
 
 def test_what_a_wall_bears_depends_on_the_modulus_in_large_displacements_alone_and_a_remark_says_so():

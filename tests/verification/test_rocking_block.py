@@ -7,6 +7,8 @@ G. W. Housner, Bull. Seism. Soc. Am. 53 (1963) 403-417: geometry of the rocking 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -116,3 +118,20 @@ def test_small_displacements_keep_the_multiplier():
     model = model_of(stack((0.4, 0.6), friction=5.0))
     result = run(model, 0.1, displacement_increment=0.02)
     assert result.curve.base_shear_N[-1] / result.model.weight == pytest.approx(0.4 / 0.6, rel=2e-3)
+
+
+def test_a_support_that_no_stone_touches_changes_nothing():
+    """A neighbour beyond a gap, the last of the blocks: two stones rock at width / height as without it."""
+    wall = stack((0.5, 0.6), (0.5, 0.6), friction=0.9)
+    beyond = replace(
+        wall.blocks[0], id=99, polygon=np.array([[0.56, 0.2], [0.8, 0.2], [0.8, 1.5], [0.56, 1.5]]), fixed=True
+    )
+    peaks = []
+    for blocks in (wall.blocks, (*wall.blocks, beyond)):
+        assemblage = find_joints(replace(wall, blocks=blocks), JointSettings())
+        stepping = SteppingSettings(final_displacement=0.01)
+        done = push(assemblage, analyse(assemblage), one_body_per_block(assemblage), stepping=stepping)
+        assert done.summary.valid
+        peaks.append(done.capacity.peak_multiplier)
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-9)
+    assert peaks[0] == pytest.approx(0.5 / 1.2, rel=5e-3)

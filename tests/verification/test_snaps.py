@@ -54,6 +54,23 @@ def test_what_a_wall_moves_without_rest_before_its_peak_is_told():
     assert snap.share > 0.9
 
 
+def test_what_a_wall_falls_through_under_prescribed_displacements_is_told_too():
+    """A stone of 0.6 m x 1.2 m on two pins of 5 mm turns about the edge of one, at 0.15 / 0.6 and less the more it has
+    turned, until after 0.005 / 0.15 its own edge is down; about that it bears twice as much."""
+    width, height, pin, edge = 0.6, 1.2, 0.005, 0.45
+    outlines = [rectangle(-1.0, -0.3, 3.0, 0.3), rectangle(0.0, pin, width, height)]
+    outlines += [rectangle(x, 0.0, 0.07, pin) for x in (0.15, edge - 0.07)]
+    wall = Wall("pins", tuple(Block(k, outline, k == 0, 20e3) for k, outline in enumerate(outlines)), 0.5, 0.9)
+    assemblage, load = find_joints(wall, JointSettings()), LoadSettings("+x")
+    analysis = analyse(assemblage, loads=loads_on(wall, load))
+    stepping = SteppingSettings(final_displacement=0.1)
+    found = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=stepping).summary
+    bears = (edge - 0.5 * width) / (0.5 * height)
+    assert found.peak_multiplier > 1.5 * bears
+    assert 0.95 * bears < found.snap.load_multiplier < bears
+    assert found.snap.moved == pytest.approx(pin / (width - edge) * (height + pin), rel=0.05)
+
+
 def test_columns_side_by_side_lean_at_what_one_bears_before_they_press_each_other():
     """Columns that turn by theta about their toes overlap by b theta^2 / 2 unless they press each other.
 

@@ -29,6 +29,8 @@ SHARP = 0.98
 """share of the pixels that have the colour of some patch, above which colours have no transitions between them"""
 NEGLIGIBLE_COLOUR = 0.05
 """share of the picture in patches of a colour that makes no difference"""
+BLENDED = 0.02
+"""pixels of a stone over those of a mean one, large ones counting more, below which it may be of no stone's colour"""
 SINGLE = 2.0
 """patches a colour up to which every stone may have a colour of its own"""
 
@@ -100,7 +102,17 @@ def stones_by_colour(pixels: Pixels, smallest: float, background: str) -> tuple[
     if not patches.is_stone.any():
         raise CaseError("", "no coloured stones found", "see --scale, --background and --smallest")
     remarks = [f"one colour a stone; mortar and void: {_words(void, pixels)}"]
-    return number, dirt, remarks + _said_twice(patches.code[patches.is_stone])
+    return number, dirt, remarks + _said_blended(patches) + _said_twice(patches.code[patches.is_stone])
+
+
+def _said_blended(patches: Patches) -> list[str]:
+    """Return a warning of a picture most of whose stones are far smaller than the others, or none."""
+    area = patches.area[patches.is_stone].astype(float)
+    small = int(np.sum(area < BLENDED * (area @ area) / area.sum()))
+    if small <= 0.5 * len(area):
+        return []
+    cause = "are colours blended at the edges, as in a picture that was resized?"
+    return [f"WARNING: {small} of {len(area)} stones have less than 1/50 of the others' pixels: {cause}"]
 
 
 def _patches(pixels: Pixels, void: list[int], smallest: float) -> Patches:

@@ -45,7 +45,7 @@ def read_pixels(path: Path) -> Pixels:
         with Image.open(path) as image:
             if image.width * image.height > LARGEST_PICTURE:
                 raise CaseError("", f"has more than {LARGEST_PICTURE} pixels", SMALLER)
-            return _decoded(image)
+            return _decoded(*_turned(image))
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a picture") from None
     except CaseError:
@@ -57,12 +57,21 @@ def read_pixels(path: Path) -> Pixels:
         raise CaseError("", problem, "save it as PNG") from None
 
 
-def _decoded(image: Any) -> Pixels:
-    """Return the pixels of an opened picture."""
-    from PIL import Image
+def _turned(image: Any) -> tuple[Any, str, tuple[str, ...]]:
+    """Return an opened picture as its EXIF orientation says it stands, its format, and remarks."""
+    from PIL import ExifTags, ImageOps
 
     pages = getattr(image, "n_frames", 1)
     remarks = (f"WARNING: {pages} pages, the first is read",) if pages > 1 else ()
+    if image.getexif().get(ExifTags.Base.Orientation, 1) == 1:
+        return image, image.format, remarks
+    return ImageOps.exif_transpose(image), image.format, (*remarks, "turned or mirrored as its EXIF orientation says")
+
+
+def _decoded(image: Any, kind: str, remarks: tuple[str, ...]) -> Pixels:
+    """Return the pixels of an opened picture; kind: its format."""
+    from PIL import Image
+
     if image.mode == "F" or image.mode.startswith("I"):
         return _of_numbers(np.asarray(image), remarks)
     indices = np.asarray(image) if image.mode == "P" else None
@@ -75,7 +84,7 @@ def _decoded(image: Any) -> Pixels:
     lightness = np.asarray(canvas.convert("L"))
     if indices is not None and _same_colours(indices, code):
         return Pixels(indices.astype(np.int32), lightness, None, True, False, remarks)
-    lossy = image.format in ("JPEG", "MPO", "JPEG2000", "WEBP")
+    lossy = kind in ("JPEG", "MPO", "JPEG2000", "WEBP")
     return Pixels(code, lightness, clear if clear.any() else None, False, lossy, remarks)
 
 

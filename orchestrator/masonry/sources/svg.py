@@ -24,8 +24,8 @@ from orchestrator.basis.printed import counted
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
 from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
-from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, nested_view, numbers, subpaths, transform
-from orchestrator.masonry.sources.svg_styles import is_clipped, is_taken_out, is_unseen, rules_in
+from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, nested_view, numbers, place_of, subpaths, transform
+from orchestrator.masonry.sources.svg_styles import is_clipped, is_taken_out, is_unseen, moved_by, rules_in
 
 LARGEST_FILE = 100_000_000
 """bytes"""
@@ -151,7 +151,7 @@ def _unit(root: Element, scale: float | None) -> tuple[float, list[str]]:
     across, upward = (length / size for length, size in zip(lengths, box[2:], strict=True) if length is not None)
     if root.get("preserveAspectRatio", "").strip().startswith("none") and abs(across / upward - 1) > 1e-3:
         raise CaseError("viewBox", "stretches the drawing", "give it the proportions of width and height")
-    unit = min(across, upward)
+    unit = max(across, upward) if "slice" in root.get("preserveAspectRatio", "") else min(across, upward)
     if not 0 < unit < 1e6:
         raise CaseError("viewBox", f"makes a user unit {unit:.3g} m long", "correct it, or give --scale")
     return unit, [f"user unit {1e3 * unit:.6g} mm, from width, height and viewBox"]
@@ -192,6 +192,9 @@ def _all_drawn(root: Element) -> tuple[list[Drawn], list[str]]:
         if tag in UNREAD:
             passed["hidden " * (out or unseen) + tag] += 1
             continue
+        if by := moved_by(element, tag, rules):
+            remedy = "write it as the attribute transform, or save as plain SVG"
+            raise CaseError(place_of(element, tag), f"is moved by {by}, which is not read", remedy)
         matrix = around.matrix @ transform(element.get("transform", ""))
         if tag == "svg" and element is not root:
             matrix = matrix @ nested_view(element)
@@ -206,7 +209,7 @@ def _all_drawn(root: Element) -> tuple[list[Drawn], list[str]]:
         for curves in shapes:
             placed = tuple(c @ matrix[:2, :2].T + matrix[:2, 2] for c in curves)
             drawn.append(Drawn(place.names, placed, id(element)))
-    styles = [f"WARNING: style of {one!r} hides something and is not read" for one in unread]
+    styles = [f"WARNING: style of {one!r} hides or moves something and is not read" for one in unread]
     return drawn, [*_said(passed, whole), *styles]
 
 

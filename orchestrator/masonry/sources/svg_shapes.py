@@ -24,7 +24,7 @@ Curve = FloatArray
 def numbers(text: str, key: str) -> list[float]:
     """Return the numbers in a list separated by white space and commas."""
     if NUMBER.sub("", text).strip(" ,\t\r\n"):
-        raise CaseError(key, f"{text[:40]!r} is not a list of numbers", "correct the drawing")
+        raise CaseError(key, f"{text[:40]!r} is not a list of numbers in user units", "save it as plain SVG")
     values = [float(number) for number in NUMBER.findall(text)]
     _refuse_large(values, key)
     return values
@@ -50,7 +50,7 @@ def nested_view(element: Element) -> FloatArray:
 
     Raises CaseError for one whose size is not in user units where its viewBox needs it.
     """
-    place = _place(element, "nested svg")
+    place = place_of(element, "nested svg")
     x, y = (_in_user_units(element.get(key, "0"), place) for key in ("x", "y"))
     matrix = np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
     box = numbers(element.get("viewBox", ""), f"{place}: viewBox")
@@ -103,15 +103,16 @@ def subpaths(element: Element, tag: str) -> Iterator[list[Curve]]:
     try:
         yield from (curves for curves in _shape_paths(element, tag) if curves)
     except (OverflowError, ZeroDivisionError, ValueError):
-        raise CaseError(_place(element, tag), "has numbers that cannot be drawn", "correct the drawing") from None
+        raise CaseError(place_of(element, tag), "has numbers that cannot be drawn", "correct the drawing") from None
 
 
-def _place(element: Element, tag: str) -> str:
+def place_of(element: Element, tag: str) -> str:
+    """Return how an element is named in what is said of it."""
     return f"{tag} {element.get('id', '')[:40]}".strip()
 
 
 def _shape_paths(element: Element, tag: str) -> list[list[Curve]]:
-    place = _place(element, tag)
+    place = place_of(element, tag)
     if tag == "path":
         return _path(element.get("d", ""), place)
     if tag in ("polygon", "polyline"):

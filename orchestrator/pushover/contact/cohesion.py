@@ -26,6 +26,15 @@ from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_i
 from orchestrator.pushover.contact.faces import find_touching
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
+from orchestrator.pushover.toes import OFFSET
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseCracks:
+    """What bonds that crack carry too much, over the live load, and the size in m that elements need there, or 0."""
+
+    error: float
+    size: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,28 +137,46 @@ def dissipation(bond: Bond, response: BondResponse, gap: FloatArray) -> FloatArr
     return bond.tension * opening * (after - before) + bond.cohesion * shear
 
 
-def elements_at_cracks(bodies: Bodies, contacts: Contacts, state: Increment) -> int | None:
-    """Return how many elements lie along the bonded joint that is open and pressed at once and has the fewest, None
-    where none is: a bond cracks node by node, and of few nodes too many carry their strength at once."""
-    joints, fewest = bodies.interfaces, None
-    for joint in np.flatnonzero(joints.tensile_strength > 0.0):
+def coarse_cracks(
+    bodies: Bodies, contacts: Contacts, at_peak: Increment, after: Increment | None, moment: float, height: float
+) -> CoarseCracks:
+    """Return what bonded joints that are open and pressed at once carry too much, as their elements are too long.
+
+    after: the increment after the peak, None where there is none: then every joint counts as if it turned as fast as
+    the wall. moment: of the live load about the wall's base at the peak, N m; height: of the wall, m.
+
+    A joint bears most with its toe pressed over x (`Bodies.bond_toe`), and by 2 x / 3 times the toe's force less than
+    if the toe were a point. Nodes that stand for h of it take the force nearer to the end by h^2 / (4 x) (toes.py), and
+    by no more than all of that; nor is what a joint carries too much more than what its bond carries. A peak is too
+    high by it where the joint turns as fast as the wall, and by as much less as it turns more slowly.
+    """
+    joints, error, size = bodies.interfaces, 0.0, np.inf
+    after = after or at_peak
+    wall_turns = abs(after.control_displacement - at_peak.control_displacement) / height
+    for joint in np.flatnonzero(bodies.bond_toe > 0.0):
         here = np.flatnonzero(contacts.interface == joint)
-        cracked = (state.gap[here] > 0.0) & (state.damage[here] > 0.0)
-        if not cracked.any() or not (state.normal_force[here] > 0.0).any():
+        force, length, toe = np.maximum(at_peak.normal_force[here], 0.0), joints.length[joint], bodies.bond_toe[joint]
+        if not force.any() or not ((at_peak.gap[here] > 0.0) & (at_peak.damage[here] > 0.0)).any():
             continue
-        along = (contacts.point[here, :2] - joints.start[joint]) @ joints.tangent[joint] / joints.length[joint]
-        elements = len(np.unique(np.round(along, 6))) - 1
-        fewest = elements if fewest is None else min(fewest, elements)
-    return fewest
+        along = (contacts.point[here, :2] - joints.start[joint]) @ joints.tangent[joint]
+        if force @ along > 0.5 * length * force.sum():
+            along = length - along
+        places = np.unique(np.round(along / length, 6)) * length
+        element = places[1] - places[0] if len(places) > 1 else length
+        beyond = force.sum() * min(element**2 / (4.0 * toe), 2.0 * toe / 3.0)
+        bond = 0.5 * joints.tensile_strength[joint] * joints.area[joint] * length
+        turns = np.ptp(np.nan_to_num(after.gap - at_peak.gap)[here]) / length
+        share = min(turns / wall_turns, 1.0) if wall_turns else 1.0
+        error += share * min(beyond, bond) / moment
+        size = min(size, 2.0 * np.sqrt(OFFSET * length * toe))
+    return CoarseCracks(float(error), float(size) if np.isfinite(size) else 0.0)
 
 
 def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: int, softening: float) -> Bond | None:
     """Return the bond of `possible` contacts, of which `contacts` come first and touch; None where joints have none."""
-    cohesion, friction = bodies.interfaces.cohesion, bodies.interfaces.friction
+    cohesion, tensile = bodies.interfaces.cohesion, bodies.interfaces.tensile_strength
     if not cohesion.any():
         return None
-    ends = np.divide(cohesion, friction, out=np.full(len(friction), np.inf), where=friction > 0)
-    tensile = np.minimum(bodies.interfaces.tensile_strength, ends)
     touching, sides = find_touching(bodies, meshes)
     rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
     strength = np.zeros((possible, 2))

@@ -165,3 +165,17 @@ def test_a_run_folder_can_be_exported(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "run7_macro.inp").read_text().startswith("*HEADING")
     assert main(["export", "run7", "--format", "abaqus", "--multiplier", "nan"]) == 2
     assert "--multiplier: nan is not a multiplier" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["wall.inp", "wall.dat"])
+def test_a_name_that_does_not_say_the_format_is_refused(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["export", str(WALL_1), "--output", name]) == 2
+    assert f"--output: {name}: its end does not say which format" in capsys.readouterr().err
+    assert not (tmp_path / name).exists()
+
+
+def test_the_name_of_the_file_says_the_format(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["export", str(WALL_1), "--output", "wall.MSH", "--model", "micro"]) == 0
+    assert (tmp_path / "wall.MSH").read_bytes().startswith(b"$MeshFormat")

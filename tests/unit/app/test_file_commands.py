@@ -62,7 +62,7 @@ def test_import_of_every_kind_gives_a_block_file_and_its_picture(tmp_path, capsy
     if name != "wall.png":
         assert_same_wall(wall, WALL_1)
     assert associative(wall) == pytest.approx(PUBLISHED, rel=0.02 if name == "wall.png" else 1e-3)
-    with Image.open(output.with_suffix(".png")) as picture:
+    with Image.open(output.with_name(f"{output.stem}_imported.png")) as picture:
         assert min(picture.size) > 300
     assert call("check", output, "--output", tmp_path / "run") == 0
 

@@ -79,6 +79,36 @@ def test_blurred_black_and_white_stays_black_and_white(tmp_path, kind):
     assert len(read_picture(tmp_path / "again.png", PictureSettings(0.002)).stones) == count
 
 
+def test_colours_that_a_smaller_picture_blends_are_told(tmp_path):
+    """Four stones; where their colours meet a resized picture has others, which are stones as far as it can tell."""
+    number = np.kron([[1, 2], [3, 4]], np.ones((120, 160), int))
+    colours = np.array([[0, 0, 0], [200, 30, 30], [30, 200, 30], [30, 30, 200], [200, 200, 30]], np.uint8)
+    settings = PictureSettings(SCALE, stones="colours", background="none", smallest=1e-6)
+    picture = Image.fromarray(colours[number])
+    for size, blended in (((320, 240), False), ((200, 150), True)):
+        picture.resize(size, Image.Resampling.BILINEAR).save(tmp_path / "wall.png")
+        said = [one for one in read_picture(tmp_path / "wall.png", settings).remarks if "blended" in one]
+        assert bool(said) == blended
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_picture_stands_as_its_exif_orientation_says(tmp_path, orientation):
+    """A stone of 4 x 2 and one of 2 x 2 beside it, at its lower right: what a viewer shows."""
+    upright = np.full((100, 200), 255, np.uint8)
+    upright[20:90, 10:110], upright[50:90, 120:180] = 0, 0
+    ways = [np.array, np.fliplr, lambda a: np.rot90(a, 2), np.flipud, np.transpose, np.rot90]
+    ways += [lambda a: np.rot90(a, 2).T, lambda a: np.rot90(a, 3)]
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    Image.fromarray(ways[orientation - 1](upright)).save(tmp_path / "wall.png", exif=exif)
+    drawing = read_picture(tmp_path / "wall.png", PictureSettings(SCALE, stones="black"))
+    first, second = sorted(drawing.stones, key=lambda ring: ring[:, 0].min())
+    assert np.ptp(first, axis=0) == pytest.approx([100 * SCALE, 70 * SCALE])
+    assert np.ptp(second, axis=0) == pytest.approx([60 * SCALE, 40 * SCALE])
+    assert second[:, 1].min() == pytest.approx(first[:, 1].min())
+    assert any("EXIF" in remark for remark in drawing.remarks) == (orientation > 1)
+
+
 def test_what_may_be_either_is_refused_naming_the_option(tmp_path):
     """Three colours for 18 stones: materials, or a picture that is not black and white."""
     number, count = bond(mortar=3)

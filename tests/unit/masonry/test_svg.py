@@ -54,6 +54,35 @@ def test_svg_shapes_are_the_stones(tmp_path, body):
         assert min(same(outline, exact) for outline in drawing.stones) == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("rules", "group", "by"),
+    [
+        ("", 'style="transform: translate(10px, 0px)"', "transform"),
+        (".moved { transform: translate(10px, 0px) }", 'class="moved"', "transform"),
+        ("", 'style="rotate: 3deg"', "rotate"),
+        ("", 'transform="rotate(3)" transform-origin="50 50"', "transform-origin"),
+    ],
+)
+def test_what_a_style_moves_is_refused(tmp_path, rules, group, by):
+    """It is not read, and the stones would be somewhere else."""
+    body = f'<style>{rules}</style><path d="M0,0 h40 v20 h-40 z"/><g {group}><path d="M40,0 h40 v20 h-40 z"/></g>'
+    with pytest.raises(CaseError, match=f"g: is moved by {by}, which is not read; write it as the attribute transform"):
+        read_svg(svg(tmp_path, body), Layers(), 1e-5)
+
+
+def test_a_style_that_moves_nothing_is_read(tmp_path):
+    body = '<g style="transform: none; fill: red" transform-origin="5 5"><path d="M0,0 h40 v20 h-40 z"/></g>'
+    assert len(read_svg(svg(tmp_path, body), Layers(), 1e-5).stones) == 1
+
+
+@pytest.mark.parametrize(("how", "unit"), [("", 0.01), ("xMidYMid meet", 0.01), ("xMidYMid slice", 0.02)])
+def test_a_drawing_of_other_proportions_than_its_view_box_is_scaled_as_it_says(tmp_path, how, unit):
+    """2 m x 1 m of 100 x 100 units: all of them fit at 10 mm, the sheet is full at 20 mm (SVG 1.1, 7.8)."""
+    head = f'width="2000mm" height="1000mm" viewBox="0 0 100 100" preserveAspectRatio="{how}"'
+    drawing = read_svg(svg(tmp_path, '<path d="M0,0 h40 v20 h-40 z"/>', head), Layers(), 1e-5)
+    assert np.ptp(drawing.stones[0], axis=0) == pytest.approx([40 * unit, 20 * unit])
+
+
 def test_one_stone_and_one_hole_are_told_in_the_singular(tmp_path):
     path = "M0,0 h40 v20 h-40 z m10,5 h10 v5 h-10 z"
     drawing = read_svg(svg(tmp_path, f'<path fill-rule="evenodd" d="{path}"/>'), Layers(), 1e-5)
@@ -143,7 +172,7 @@ def test_a_clip_path_that_is_none_or_of_what_is_hidden_is_not_said(tmp_path):
 def test_a_rule_that_hides_and_cannot_be_read_is_a_warning(tmp_path):
     body = f'<style>g > .old {{display:none}}</style><path d="{as_path(STONES[0])}"/>'
     remarks = read_svg(svg(tmp_path, body), Layers(), 1e-5).remarks
-    assert "WARNING: style of 'g > .old' hides something and is not read" in remarks
+    assert "WARNING: style of 'g > .old' hides or moves something and is not read" in remarks
 
 
 @pytest.mark.parametrize(
@@ -235,7 +264,11 @@ def test_svg_curves_are_as_fine_as_asked(tmp_path, body, area):
         ('<path d="M0 0 L1e999 0 L 0 5z"/>', None, "path: a number is not below 1e+15"),
         ('<path d="M0 0 C 0 1e8 1e8 0 5 5z"/>', None, "a curve needs more than 1000 chords"),
         ('<g transform="spin(3)"><path d="M0 0"/></g>', None, "transform: 'spin' with 1 numbers cannot be read"),
-        ('<g transform="scale(x)"><path d="M0 0"/></g>', None, "transform: 'x' is not a list of numbers"),
+        (
+            '<g transform="scale(x)"><path d="M0 0"/></g>',
+            None,
+            "transform: 'x' is not a list of numbers in user units",
+        ),
         ('<svg width="50%" height="9" viewBox="0 0 9 9"/>', None, "nested svg: its place or size '50%' is not in user"),
         ("<g>" * 200 + "</g>" * 200, None, "nested more than 100 deep"),
     ],

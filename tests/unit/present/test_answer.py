@@ -51,6 +51,16 @@ def test_a_lower_state_and_a_higher_bound_are_said(slender):
     assert "the associative 0.60000 is an upper bound" in alone
 
 
+@pytest.mark.parametrize("lowest", [0.45, 0.5])
+def test_less_borne_in_large_displacements_is_the_safe_side(slender, lowest):
+    """Not the lowest state of the wall as drawn, where rigid blocks bear less once they have moved."""
+    moved = replace(at(slender, lowest=lowest, bound=0.6), rigid_peak=0.44)
+    said = answer_of_limit(moved)
+    assert "the lowest on the safe side" not in said
+    assert said.endswith(" On the safe side is λ = 0.44000, the most that rigid blocks bear in large displacements.")
+    assert "On the safe side" not in answer_of_limit(replace(moved, rigid_peak=0.499 * lowest / 0.5))
+
+
 def test_what_lies_in_points_without_joints_leaves_no_bound(slender):
     """Not even where the state that counts reaches the associative multiplier."""
     said = answer_of_limit(replace(slender, is_bound=False))
@@ -235,3 +245,16 @@ def test_bonds_that_soften_explain_why_limit_analysis_bears_more():
     said = answer_of_run(replace(found, wall=replace(found.wall, bonded=True)))
     taken = "takes the stones as rigid, displacements as small and bonds as plastic, which soften."
     assert said.endswith(f"; limit analysis (+25.0%) {taken}")
+
+
+def test_bonds_make_limit_analysis_alone_an_upper_estimate():
+    found = summary_of(entry("micro", 20e3, valid=False))
+    said = answer_of_run(replace(found, wall=replace(found.wall, bonded=True)))
+    assert said.endswith("limit analysis alone stands, which takes bonds as plastic, which soften.")
+    assert answer_of_run(found).endswith("limit analysis alone stands.")
+
+
+def test_ties_that_yield_late_explain_why_limit_analysis_bears_more():
+    tied = replace(summary_of(entry("micro", 20e3)), settings={"reinforcement": {"ties": [{"strength": "8 kN"}]}})
+    taken = "takes the stones as rigid, displacements as small and ties as rigid and plastic, which stretch."
+    assert answer_of_run(tied).endswith(f"; limit analysis (+25.0%) {taken}")

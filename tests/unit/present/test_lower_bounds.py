@@ -224,3 +224,22 @@ def test_a_wall_that_supports_hold_has_no_number():
     (row,) = of(a=found).rows
     assert row["check"] == "limit analysis"
     assert "this load does not bring the wall down" in row["remarks"][0]
+
+
+@pytest.mark.parametrize(("increment", "said"), [(7, ["fell at a load"]), (9, ["fell after the peak, at a load"])])
+def test_what_falls_after_the_peak_is_said_to(increment, said):
+    event = storage.Event(("body 1",), 0.02, 0.25, 2.0, increment)
+    pushed = replace(PUSHED, events=(event,), at_peak=storage.AtPeak(increment=8))
+    remarks = storage.remarks(replace(summary(), pushover=(pushed,)))
+    assert [text for text in ("fell at a load", "fell after the peak, at a load") if text in "".join(remarks)] == said
+
+
+@pytest.mark.parametrize(
+    ("model", "over", "said"), [("micro", 1.06, True), ("micro", 1.04, False), ("macro", 1.06, False)]
+)
+def test_every_stone_far_above_limit_analysis_is_told(model, over, said):
+    found = summary()
+    limit = replace(found.limit_analysis, associative=2.0 * found.limit_analysis.multiplier)
+    pushed = replace(PUSHED, model=model, bodies=3, peak_multiplier=over * limit.multiplier)
+    remarks = storage.remarks(replace(found, limit_analysis=limit, pushover=(pushed,)))
+    assert any("what every stone bears in limit analysis: friction may lead" in remark for remark in remarks) is said

@@ -20,6 +20,7 @@ from orchestrator.present.tables import verdict_table
 from orchestrator.present.verdict import COLUMNS, Answered, sentence, verdict
 from orchestrator.settings import case as cases
 from tests.support.leaning_stone import CASE, stone
+from tests.support.pushed import PUSHED
 from tests.support.undrawn import undrawn
 from tests.support.verdicts import check, of, summary
 
@@ -72,15 +73,19 @@ def test_curves_that_are_not_valid_leave_limit_analysis_and_say_so():
     assert "NOTHING CAN BE SAID" in sentence(of(a=None))
 
 
+def near_limit_analysis(found):
+    """A summary whose limit analysis has the peak of its curves."""
+    return replace(found, limit_analysis=replace(found.limit_analysis, non_associative=PUSHED.peak_multiplier))
+
+
 def test_macroblocks_that_count_as_their_reference_has_no_curve_say_so():
     """docs/which_number.md: the peak of every stone counts, where it was run and is valid."""
-    alone = summary(models=("macro",))
+    alone, both = (near_limit_analysis(summary(models=models)) for models in (("macro",), ("macro", "micro")))
     said = "every stone, the reference of macroblocks, has no curve"
     found = of(a=replace(alone, failed={"micro": "the wall does not stand under its dead load: block 28 falls"}))
     assert (found.governing["check"], found.governing["remarks"]) == ("FE of macroblocks", (said,))
     assert said in sentence(found)
     assert of(a=alone).governing["remarks"] == ()
-    both = summary()
     broken = replace(both, pushover=(both.pushover[0], replace(both.pushover[1], valid=False)))
     said = "the curve of every stone, the reference of macroblocks, is not valid"
     assert of(a=broken).governing["remarks"] == (said,)

@@ -1,0 +1,70 @@
+"""Elements where stones turn about the end of a joint: lengths by a closed form, peaks as of fine elements."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from orchestrator import MeshSettings, SteppingSettings, one_body_per_block, push
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.toes import element_ends
+from tests.support.limit_analysis_cases import box
+from tests.support.paths import PROJECT
+
+WIDTH, HEIGHT, DEEP, TOP, MODULUS = 0.5, 2.0, 0.5, 200e3, 2e9
+ALONE = LimitAnalysisSettings(search_blocks=1, sequence_blocks=1)
+
+
+def column(size=1.0, direction="+x"):
+    """A stone without weight worth the name under a floor, and its limit analysis; lengths and modulus times `size`."""
+    blocks = (
+        Block(0, size * np.array(box(-1.0, -0.2, 3.0, 0.2)), True, 1.0),
+        Block(1, size * np.array(box(0.0, 0.0, WIDTH, HEIGHT)), False, 1.0),
+    )
+    assemblage = find_joints(Wall("column", blocks, DEEP, 0.9), JointSettings())
+    floor = DeadLoad((1,), force=TOP * size**2, at=(0.5 * WIDTH * size, HEIGHT * size), inertia=True)
+    load = LoadSettings(direction, dead=(floor,))
+    return assemblage, analyse(assemblage, ALONE, loads_on(assemblage.wall, load), MODULUS * size)
+
+
+@pytest.mark.parametrize(("direction", "right"), [("+x", True), ("-x", False)])
+def test_a_column_is_pressed_over_the_length_of_its_closed_form(direction, right):
+    """It bears N (b / 2 - h r - x / 3) at a turn r, x = 3 N / (pi E t r): most where x / 3 is h r."""
+    assemblage, found = column(direction=direction)
+    expected = 3.0 * np.sqrt(TOP * HEIGHT / (np.pi * MODULUS * DEEP))
+    pressed = pressed_at_hinges(assemblage, found)
+    ends = (assemblage.joints.start, assemblage.joints.end)
+    at = [end[0, 0] for end, length in zip(ends, pressed[0], strict=True) if length]
+    assert at == [WIDTH if right else 0.0]
+    assert pressed.max() == pytest.approx(expected, rel=0.25), "the curve is known at some displacements"
+
+
+def test_lengths_grow_with_the_wall():
+    (one, found), (tenth, again) = column(), column(0.1)
+    assert pressed_at_hinges(tenth, again) == pytest.approx(0.1 * pressed_at_hinges(one, found), rel=0.05, abs=1e-9)
+
+
+def test_an_arch_bears_what_it_bears_in_fine_elements():
+    """0.4545 with elements of half a mean stone, 0.4454 of an eighth (run 50 of docs/studies/mesh_size.md)."""
+    assemblage = find_joints(read_blocks(PROJECT / "tests/data/segmental_arch_49_stones.json"), JointSettings())
+    found, stones = analyse(assemblage, ALONE), one_body_per_block(assemblage)
+    mesh, stepping = MeshSettings(short_at_hinges=True), SteppingSettings(final_displacement=0.02)
+    done = push(assemblage, found, stones, mesh=mesh, stepping=stepping)
+    assert done.summary.valid
+    assert done.capacity.peak_multiplier == pytest.approx(0.4454, rel=5e-3)
+
+
+def test_elements_are_as_they_were_where_they_are_not_asked_for():
+    assemblage, found = column()
+    forces, stones = found.headline.joint_forces, one_body_per_block(assemblage)
+    without = make_bodies(assemblage, stones, elastic_modulus=MODULUS, forces=np.zeros_like(forces))
+    bodies = make_bodies(assemblage, stones, 0.0 * forces, MODULUS, hinges=pressed_at_hinges(assemblage, found))
+    assert not element_ends(without, 0.4, 0.005, True)
+    assert not element_ends(bodies, 0.4, 0.005)
+    assert element_ends(bodies, 0.4, 0.005, True)
