@@ -30,8 +30,8 @@ NEAR_A_TOE = 2.0
 """a joint has a toe where the resultant of its pressure lies within so many times the distance from its end at which
 it has one: other states than the one that forces are known of may press there"""
 LEANS = 0.05
-"""part of a joint that has to be pressed as a column leans on it for the joint to have a toe: 7 % of what it bears as
-drawn are lost to that"""
+"""part of a joint that has to be pressed as stones turn about its end, or a column leans on it, for the joint to have a
+toe: 7 % of what a column bears as drawn are lost to that"""
 STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -79,10 +79,9 @@ class Bodies:
     the outline of each body that it is. mean_stone: root of a moving block's area, in m, in the mean over the wall's
     area, so that small stones count little: the same whatever bodies they make. bond_toe (k,): length in m over which
     each is pressed at one end when it has cracked from the other and bears most, 0 without bond. toe (k, 2): length in
-    m over which each is pressed so, crushes, presses soft mortar, or has a column lean on it at its start and at its
-    end, 0 where it does not; column (k,): width in m of what leans there, inf where nothing does. Both are None where
-    no forces say so. hinge (k, 2): length in m over which each is pressed at its start and at its end as stones turn
-    about it, 0 where that is less than LEANS of it, None where no analysis says so.
+    m over which each is pressed so, crushes, presses soft mortar, has a column lean on it or stones turn about it at
+    its start and at its end, 0 where it does not; column (k,): width in m of what leans there, inf where nothing does.
+    Both are None where no forces say so.
     """
 
     bodies: tuple[Body, ...]
@@ -96,7 +95,6 @@ class Bodies:
     bond_toe: FloatArray
     toe: FloatArray | None = None
     column: FloatArray | None = None
-    hinge: FloatArray | None = None
 
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
@@ -146,6 +144,8 @@ def make_bodies(
         columns = pressed_edges.columns_on(wall, assemblage.joints, normal)
         soft = columns.height[joint] * compliant.sum(axis=1) * between.length / between.area
         toe, column = _toes(forces[joint], interfaces, wall, bond_toe, soft, columns.width[joint])
+        if hinges is not None:
+            toe = np.maximum(toe, hinges[joint] * (hinges[joint] > LEANS * between.length[:, None]))
     return Bodies(
         bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
         moving=partition.count,
@@ -156,9 +156,8 @@ def make_bodies(
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
         mean_stone=_mean_stone(wall),
         bond_toe=read_only(bond_toe),
-        toe=toe,
+        toe=None if toe is None else read_only(toe),
         column=column,
-        hinge=None if hinges is None else read_only(hinges[joint] * (hinges[joint] > LEANS * between.length[:, None])),
     )
 
 
@@ -192,7 +191,7 @@ def _toes(
     lengths = (1 / 2, crushed), (1 / 3, pressed), (1 / 3, bond_toe[:, None]), (1 / 3, leaning)
     toes = [np.where(distance <= NEAR_A_TOE * part * x, x, 0.0) for part, x in lengths]
     toes[-1] = toes[-1].max(axis=1, keepdims=True) + np.zeros_like(distance)  # under its dead load it may lean back
-    return read_only(np.max(toes, axis=0)), read_only(np.where(toes[-1].any(axis=1), width, np.inf))
+    return np.asarray(np.max(toes, axis=0)), read_only(np.where(toes[-1].any(axis=1), width, np.inf))
 
 
 def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:

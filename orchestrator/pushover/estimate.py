@@ -88,7 +88,7 @@ def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> 
     """Return what the finite elements of the moving bodies will need."""
     in_plane = on_outline = 0.0
     size = settings.size_of(bodies)
-    ends = element_ends(bodies, size, settings.toe_offset, settings.short_at_hinges)
+    ends = element_ends(bodies, size, settings.toe_offset)
     for body in bodies.bodies[: bodies.moving]:
         edges = np.concatenate(
             [np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1) for ring in (body.exterior, *body.holes)]

@@ -44,9 +44,8 @@ class MeshSettings(Checked):
     exact anyway"""
     toe_offset: Annotated[float, Gt(0), Le(0.5)] = OFFSET
     """share of a joint's length by which the resultant of a toe may lie off that crushes, presses mortar with a normal
-    stiffness (joints.classes), or is left of a cracked bond: elements are so short there; 0.5 leaves them at `size`"""
-    short_at_hinges: bool = False
-    """elements are as short where limit analysis says that stones turn about the end of a joint"""
+    stiffness (joints.classes), is left of a cracked bond, or that stones turn about in the mechanism of limit analysis:
+    elements are so short there; 0.5 leaves them at `size`"""
 
     def size_of(self, bodies: Bodies) -> float:
         """Return the largest edge of an element in m."""
@@ -106,7 +105,7 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     began = perf_counter()
     moving = bodies.bodies[: bodies.moving]
     size = settings.size_of(bodies)
-    ends = element_ends(bodies, size, settings.toe_offset, settings.short_at_hinges)
+    ends = element_ends(bodies, size, settings.toe_offset)
     shapes = [_shape(body, ends) for body in moving]
     known = _meshes(dict.fromkeys(shapes), bodies.thickness, size, settings, cache)
     meshes = [known[shape] for shape in shapes]

@@ -1,6 +1,6 @@
-"""Element lengths along a joint that is pressed at its toe only, as it crushes or its mortar is soft (numpy only).
+"""Element lengths along a joint that is pressed at its toe only (numpy only).
 
-A toe of length x that crushes carries f_c t x, its resultant at x / 2 from the edge (on soft mortar at x / 3). Nodes
+A toe of length x that crushes carries f_c t x, its resultant at x / 2 from the edge (elsewhere at x / 3). Nodes
 that stand for elements of length h take the resultant nearer to the edge, by up to
 
     h^2 / (4 x)    where h <= x,        and by 0.29 h or x / 2, whichever is less, where h > x
@@ -11,11 +11,11 @@ toe fills). So h = 2 (offset L x)^(1/2) keeps it within a share `offset` of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 
 OFFSET = 0.005
@@ -41,18 +41,19 @@ SAMPLES = 500
 @dataclass(frozen=True, eq=False, slots=True)
 class Toes:
     """Ends (q, 2) of joints that are pressed there only, how long elements are there (q,), and over which distance (q,)
-    from the end, all in m; column (q,): width of what leans on it, and bends, inf where none does."""
+    from the end, all in m; column (q,): width of what leans on it, and bends, inf where none does; bodies (q, 2): on
+    both sides of the joint."""
 
     end: FloatArray
     element: FloatArray
     over: FloatArray
     column: FloatArray
+    bodies: IntArray
 
-    def near(self, ring: FloatArray, size: float) -> Toes:
-        """Return those whose elements are shorter than `size` somewhere in the box about a ring (n, 2)."""
-        beyond = np.maximum(np.maximum(ring.min(axis=0) - self.end, self.end - ring.max(axis=0)), 0.0)
-        here = self.wanted(np.linalg.norm(beyond, axis=1)) < size
-        return Toes(self.end[here], self.element[here], self.over[here], self.column[here])
+    def of(self, *bodies: int) -> Toes:
+        """Return those of joints of any of these bodies."""
+        here = np.isin(self.bodies, bodies).any(axis=1)
+        return Toes(*(getattr(self, field.name)[here] for field in fields(self)))
 
     def wanted(self, distance: FloatArray) -> FloatArray:
         """Return how long elements (..., q) may be at a distance (..., q) from each."""
@@ -60,28 +61,24 @@ class Toes:
         return np.minimum(near, self.column / ACROSS + GROWTH * np.maximum(distance - ALONG * self.column, 0.0))
 
 
-def element_ends(
-    bodies: Bodies, size: float, offset: float, at_hinges: bool = False
-) -> dict[tuple[int, int], FloatArray]:
-    """Return where elements end within the edges near joints that have a toe, by body and edge of its outline, as
-    shares of the edge (0 and 1 left out); size: largest element, m; offset: of the resultant, as a share of the joint;
-    at_hinges: whether a joint has one, too, where limit analysis says that stones turn about its end.
-
-    Both bodies at a joint have the same."""
-    toe = bodies.toe
-    if toe is not None and bodies.hinge is not None and at_hinges:
-        toe = np.maximum(toe, bodies.hinge)
-    if toe is None or not toe.any():
+def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, int], FloatArray]:
+    """Return where elements end within the edges of bodies at joints that have a toe, by body and edge of its outline,
+    as shares of the edge (0 and 1 left out); size: largest element, m; offset: of the resultant, as a share of the
+    joint. Both bodies at a joint have the same."""
+    if bodies.toe is None or not bodies.toe.any():
         return {}
-    toes, places = _toes(bodies, toe, size, offset), dict[tuple[int, int], FloatArray]()
+    joints, places = bodies.interfaces, dict[tuple[int, int], FloatArray]()
+    beyond = dict(zip(zip(joints.i, bodies.edge_i, strict=True), joints.j, strict=True))
+    beyond |= dict(zip(zip(joints.j, bodies.edge_j, strict=True), joints.i, strict=True))
+    toes = _toes(bodies, bodies.toe, size, offset)
     for body in bodies.bodies[: bodies.moving]:
-        near, edge = toes.near(body.exterior, size), 0
-        for ring in (body.exterior, *body.holes) if len(near.element) else ():
-            for start, end in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-                ends = graded(start, end, near, size)
-                if len(ends):
-                    places[body.number, edge] = ends
-                edge += 1
+        edges = [
+            edge for ring in (body.exterior, *body.holes) for edge in zip(ring, np.roll(ring, -1, axis=0), strict=True)
+        ]
+        for edge, (start, end) in enumerate(edges):
+            ends = graded(start, end, toes.of(body.number, beyond.get((body.number, edge), body.number)), size)
+            if len(ends):
+                places[body.number, edge] = ends
     return places
 
 
@@ -96,7 +93,8 @@ def _toes(bodies: Bodies, toe: FloatArray, size: float, offset: float) -> Toes:
     over = np.where(toe > bodies.bond_toe[:, None], FINE, FINE_OF_BOND) * toe
     assert bodies.column is not None, "known wherever toes are"
     column = bodies.column[:, None] + np.zeros_like(toe)
-    return Toes(ends[here], element[here], over[here], column[here])
+    sides = np.stack([joints.i, joints.j], axis=1)[:, None] + np.zeros_like(toe, int)[:, :, None]
+    return Toes(ends[here], element[here], over[here], column[here], sides[here])
 
 
 def graded(start: FloatArray, end: FloatArray, toes: Toes, size: float) -> FloatArray:
@@ -104,6 +102,8 @@ def graded(start: FloatArray, end: FloatArray, toes: Toes, size: float) -> Float
 
     Empty where elements of `size` are short enough.
     """
+    if not len(toes.element):
+        return np.empty(0)
     at, length = np.linspace(0.0, 1.0, SAMPLES + 1), float(np.linalg.norm(end - start))
     place = start + at[:, None] * (end - start)
     wanted = toes.wanted(np.linalg.norm(place[:, None] - toes.end, axis=2)).min(axis=1, initial=size)

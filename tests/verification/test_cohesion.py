@@ -231,7 +231,8 @@ def test_elements_too_long_for_a_joint_that_cracks_are_told_and_not_valid(wall):
 
 def test_elements_a_little_too_long_where_bonds_crack_are_told():
     said = cautions(replace(PUSHED, crack_size=0.017, crack_error=0.04), summary().limit_analysis, 4)
-    assert said == [
+    told = (
         "micro FE: the peak may be 4 % too high, as elements are too long where bonds crack: refine mesh.size, 17 mm "
         "are enough"
-    ]
+    )
+    assert told in said

@@ -9,11 +9,9 @@ from orchestrator import MeshSettings, SteppingSettings, one_body_per_block, pus
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
-from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.pushover.toes import element_ends
 from tests.support.limit_analysis_cases import box
 from tests.support.paths import PROJECT
 
@@ -54,17 +52,7 @@ def test_an_arch_bears_what_it_bears_in_fine_elements():
     """0.4545 with elements of half a mean stone, 0.4454 of an eighth (run 50 of docs/studies/mesh_size.md)."""
     assemblage = find_joints(read_blocks(PROJECT / "tests/data/segmental_arch_49_stones.json"), JointSettings())
     found, stones = analyse(assemblage, ALONE), one_body_per_block(assemblage)
-    mesh, stepping = MeshSettings(short_at_hinges=True), SteppingSettings(final_displacement=0.02)
+    mesh, stepping = MeshSettings(), SteppingSettings(final_displacement=0.02)
     done = push(assemblage, found, stones, mesh=mesh, stepping=stepping)
     assert done.summary.valid
     assert done.capacity.peak_multiplier == pytest.approx(0.4454, rel=5e-3)
-
-
-def test_elements_are_as_they_were_where_they_are_not_asked_for():
-    assemblage, found = column()
-    forces, stones = found.headline.joint_forces, one_body_per_block(assemblage)
-    without = make_bodies(assemblage, stones, elastic_modulus=MODULUS, forces=np.zeros_like(forces))
-    bodies = make_bodies(assemblage, stones, 0.0 * forces, MODULUS, hinges=pressed_at_hinges(assemblage, found))
-    assert not element_ends(without, 0.4, 0.005, True)
-    assert not element_ends(bodies, 0.4, 0.005)
-    assert element_ends(bodies, 0.4, 0.005, True)
