@@ -79,9 +79,10 @@ class Bodies:
     the outline of each body that it is. mean_stone: root of a moving block's area, in m, in the mean over the wall's
     area, so that small stones count little: the same whatever bodies they make. bond_toe (k,): length in m over which
     each is pressed at one end when it has cracked from the other and bears most, 0 without bond. toe (k, 2): length in
-    m over which each is pressed so, crushes, presses soft mortar, has a column lean on it or stones turn about it at
-    its start and at its end, 0 where it does not; column (k,): width in m of what leans there, inf where nothing does.
-    Both are None where no forces say so.
+    m over which each is pressed so, crushes, presses soft mortar, or has a column lean on it at its start and at its
+    end, 0 where it does not; column (k,): width in m of what leans there, inf where nothing does. Both are None where
+    no forces say so. hinge (k, 2): length in m over which each is pressed at its start and at its end as stones turn
+    about it, 0 where that is less than LEANS of it or nothing says so.
     """
 
     bodies: tuple[Body, ...]
@@ -93,6 +94,7 @@ class Bodies:
     edge_j: IntArray
     mean_stone: float
     bond_toe: FloatArray
+    hinge: FloatArray
     toe: FloatArray | None = None
     column: FloatArray | None = None
 
@@ -138,14 +140,13 @@ def make_bodies(
     interfaces = replace(between, i=i, j=j, area=area, **strengths)
     compliant = pressed_edges.compliances(wall, between, elastic_modulus)
     bond_toe = pressed_edges.under_bond(between, compliant, softening)
+    turns = np.zeros((len(joint), 2)) if hinges is None else hinges[joint]
     toe, column = None, None
     if forces is not None:
         normal = np.maximum(forces[: assemblage.joints.count, :2], 0.0).sum(axis=1)
         columns = pressed_edges.columns_on(wall, assemblage.joints, normal)
         soft = columns.height[joint] * compliant.sum(axis=1) * between.length / between.area
         toe, column = _toes(forces[joint], interfaces, wall, bond_toe, soft, columns.width[joint])
-        if hinges is not None:
-            toe = np.maximum(toe, hinges[joint] * (hinges[joint] > LEANS * between.length[:, None]))
     return Bodies(
         bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
         moving=partition.count,
@@ -156,7 +157,8 @@ def make_bodies(
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
         mean_stone=_mean_stone(wall),
         bond_toe=read_only(bond_toe),
-        toe=None if toe is None else read_only(toe),
+        hinge=read_only(turns * (turns > LEANS * between.length[:, None])),
+        toe=toe,
         column=column,
     )
 
@@ -191,7 +193,7 @@ def _toes(
     lengths = (1 / 2, crushed), (1 / 3, pressed), (1 / 3, bond_toe[:, None]), (1 / 3, leaning)
     toes = [np.where(distance <= NEAR_A_TOE * part * x, x, 0.0) for part, x in lengths]
     toes[-1] = toes[-1].max(axis=1, keepdims=True) + np.zeros_like(distance)  # under its dead load it may lean back
-    return np.asarray(np.max(toes, axis=0)), read_only(np.where(toes[-1].any(axis=1), width, np.inf))
+    return read_only(np.max(toes, axis=0)), read_only(np.where(toes[-1].any(axis=1), width, np.inf))
 
 
 def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:

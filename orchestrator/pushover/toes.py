@@ -12,6 +12,7 @@ toe fills). So h = 2 (offset L x)^(1/2) keeps it within a share `offset` of the 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from itertools import chain
 
 import numpy as np
 
@@ -27,7 +28,7 @@ FINE = 1.5
 """elements are short over so many lengths of a toe that grows with its force: at the peak that is not quite the force
 it was found from"""
 FINE_OF_BOND = 0.5
-"""over so many of a toe that does not, at a bond that has cracked"""
+"""over so many of a toe that does not, at a bond that has cracked or an end that stones turn about"""
 GROWTH = 0.7
 """by which elements grow over the distance from there: each is about twice as long as the one before"""
 ACROSS = 4.0
@@ -65,16 +66,15 @@ def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, 
     """Return where elements end within the edges of bodies at joints that have a toe, by body and edge of its outline,
     as shares of the edge (0 and 1 left out); size: largest element, m; offset: of the resultant, as a share of the
     joint. Both bodies at a joint have the same."""
-    if bodies.toe is None or not bodies.toe.any():
+    if not bodies.hinge.any() and (bodies.toe is None or not bodies.toe.any()):
         return {}
     joints, places = bodies.interfaces, dict[tuple[int, int], FloatArray]()
     beyond = dict(zip(zip(joints.i, bodies.edge_i, strict=True), joints.j, strict=True))
     beyond |= dict(zip(zip(joints.j, bodies.edge_j, strict=True), joints.i, strict=True))
-    toes = _toes(bodies, bodies.toe, size, offset)
+    toes = _toes(bodies, size, offset)
     for body in bodies.bodies[: bodies.moving]:
-        edges = [
-            edge for ring in (body.exterior, *body.holes) for edge in zip(ring, np.roll(ring, -1, axis=0), strict=True)
-        ]
+        rings = (body.exterior, *body.holes)
+        edges = chain.from_iterable(zip(ring, np.roll(ring, -1, axis=0), strict=True) for ring in rings)
         for edge, (start, end) in enumerate(edges):
             ends = graded(start, end, toes.of(body.number, beyond.get((body.number, edge), body.number)), size)
             if len(ends):
@@ -82,17 +82,17 @@ def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, 
     return places
 
 
-def _toes(bodies: Bodies, toe: FloatArray, size: float, offset: float) -> Toes:
-    """Return the toes (k, 2) of joints whose elements have to be shorter than `size`."""
+def _toes(bodies: Bodies, size: float, offset: float) -> Toes:
+    """Return the toes of joints whose elements have to be shorter than `size`."""
+    toe = bodies.hinge if bodies.toe is None else np.maximum(bodies.toe, bodies.hinge)
     joints, root = bodies.interfaces, np.sqrt([body.area for body in bodies.bodies])
     root[bodies.moving :] = np.inf
     least = SHORTEST * np.maximum(joints.length, np.minimum(root[joints.i], root[joints.j]))
     element = np.maximum(2.0 * np.sqrt(offset * joints.length[:, None] * toe), least[:, None])
     here = (0.5 * toe > offset * joints.length[:, None]) & (element < size)
     ends = np.stack([joints.start, joints.end], axis=1)
-    over = np.where(toe > bodies.bond_toe[:, None], FINE, FINE_OF_BOND) * toe
-    assert bodies.column is not None, "known wherever toes are"
-    column = bodies.column[:, None] + np.zeros_like(toe)
+    over = np.where(toe > np.maximum(bodies.bond_toe[:, None], bodies.hinge), FINE, FINE_OF_BOND) * toe
+    column = np.zeros_like(toe) + (np.inf if bodies.column is None else bodies.column[:, None])
     sides = np.stack([joints.i, joints.j], axis=1)[:, None] + np.zeros_like(toe, int)[:, :, None]
     return Toes(ends[here], element[here], over[here], column[here], sides[here])
 
