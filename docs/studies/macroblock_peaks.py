@@ -1,12 +1,12 @@
-"""Peak of the macroblocks against that of micro-FE, on the walls of path.py whose curves reached their end.
+"""Peak of the macroblocks against that of micro-FE, on the walls of path.py.
 
     python docs/studies/macroblock_peaks.py [number of pushovers]
     python docs/studies/macroblock_peaks.py held-out    on the walls of held_out.py, on which no rule was ever tried
 
 writes macroblock_peaks.csv and macroblock_peaks.md (after macroblock_peaks_head.md) beside this file, or
-macroblock_peaks_held_out.csv. The peaks of micro-FE, base shear over the weight of the wall as drawn, are read from
-path.csv or held_out_peaks.csv. Macroblocks are those of the automatic choice, refined as `run` does, and pushed to a
-thirtieth of the height. Two runs go side by side.
+macroblock_peaks_held_out.csv. Micro-FE and macroblocks, those of the automatic choice, refined as `run` does, are
+pushed with the meshes of `run` to a thirtieth of the height; peaks are base shear over the weight of the wall as drawn.
+Two runs go side by side.
 """
 
 from __future__ import annotations
@@ -31,13 +31,16 @@ from orchestrator import (
     ConvergenceError,
     JointSettings,
     LoadSettings,
+    Pushed,
     analyse,
     find_joints,
     loads_on,
     macroblocks_of,
+    one_body_per_block,
     push,
     push_and_refine,
 )
+from orchestrator.limit_analysis.turning_joints import left_at_hinges
 from orchestrator.masonry.wall import Wall
 
 FOLDER = Path(__file__).parent
@@ -47,12 +50,12 @@ HEADLINE_NEAR, HEADLINE_ABOVE = 0.015, 0.03
 """what the headline of limit analysis is to reach: as near, never further above"""
 
 
-def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> dict[str, Any]:
-    """Return the row of one pushover, a wall along +x or -x: its macroblocks and their peak; `peak` is micro-FE's."""
+def compared(run: int, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> dict[str, Any]:
+    """Return the row of one pushover, a wall along +x or -x: micro-FE, limit analysis, macroblocks and their peaks."""
     family, wall = of(run // 2)
     load, began = LoadSettings("-x" if run % 2 else "+x"), process_time()
     assemblage = find_joints(wall, JointSettings())
-    row: dict[str, Any] = {"run": run, "family": family, "direction": load.direction, "micro-FE": f"{peak:.4f}"}
+    row: dict[str, Any] = {"run": run, "family": family, "direction": load.direction}
     try:
         analysis = analyse(assemblage, loads=loads_on(wall, load))
         analysed = process_time()
@@ -64,11 +67,20 @@ def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path
             "low": f"{left * low:.4f}",
             "high": f"{left * high:.4f}",
             "moved": "" if analysis.rigid_peak is None else f"{left * analysis.rigid_peak:.4f}",
+            "pressed": "" if (pressed := left_at_hinges(assemblage, analysis)) is None else f"{left * pressed:.4f}",
             "blocks": sum(not block.fixed for block in wall.blocks),
             "chosen": partition.count,
             "local": sum(len(failure.stones) for failure in analysis.local_failures),
             "analysis_s": round(analysed - began, 1),
             "choice_s": round(process_time() - analysed, 1),
+        }
+        began = process_time()
+        micro = push(assemblage, analysis, one_body_per_block(assemblage), load)
+        peak = micro.capacity.peak_base_shear / analysis.horizontal_load
+        row |= {
+            "micro-FE": f"{peak:.4f}",
+            "micro_s": round(process_time() - began, 1),
+            "micro_ended": _ended(micro),
         }
         began = process_time()
         partition, done = push_and_refine(
@@ -83,9 +95,13 @@ def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path
         "off": f"{shear / peak - 1:+.2%}",
         "iterations": done.summary.newton_iterations,
         "finite_elements_s": round(process_time() - began, 1),
-        "ended": done.summary.stopped_because if done.summary.valid else f"NOT VALID: {done.summary.complaint}",
+        "ended": _ended(done),
         "why": "; ".join(partition.remarks),
     }
+
+
+def _ended(done: Pushed) -> str:
+    return done.summary.stopped_because if done.summary.valid else f"NOT VALID: {done.summary.complaint}"
 
 
 def said(rows: Sequence[dict[str, Any]]) -> str:
@@ -100,8 +116,8 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
     near, within = np.abs(headline) <= HEADLINE_NEAR, (low <= HEADLINE_NEAR) & (high >= -HEADLINE_NEAR)
     moved = np.array([float(row["moved"] or row["headline"]) / float(row["micro-FE"]) - 1 for row in pushed])
     like = np.abs(moved) <= HEADLINE_NEAR
-    analysis, choice, solving = (
-        sum(row[name] for row in pushed) for name in ("analysis_s", "choice_s", "finite_elements_s")
+    analysis, choice, solving, micro = (
+        sum(row[name] for row in pushed) for name in ("analysis_s", "choice_s", "finite_elements_s", "micro_s")
     )
     return (
         f"{len(pushed)} of {len(rows)} pushovers have a curve. Of these {np.sum(np.abs(off) <= NEAR)} have a peak "
@@ -115,7 +131,7 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
         f"as micro-FE moves (where their peak was passed, else the headline), are within {HEADLINE_NEAR:.1%} in "
         f"{like.sum()}, more than {HEADLINE_ABOVE:.0%} above in {np.sum(moved > HEADLINE_ABOVE)}; one of the three in "
         f"{np.sum(within | like)}. Limit analysis took {analysis:.0f} s, the "
-        f"choice of bodies {choice:.0f} s, all pushovers {solving:.0f} s."
+        f"choice of bodies {choice:.0f} s, all pushovers of macroblocks {solving:.0f} s, micro-FE {micro:.0f} s."
     )
 
 
@@ -137,14 +153,12 @@ def write_csv(rows: list[dict[str, Any]], name: str) -> list[str]:
     return names
 
 
-def each(
-    peaks: dict[int, float], order: Sequence[int], of: Callable[[int], tuple[str, Wall]]
-) -> Iterator[list[dict[str, Any]]]:
-    """Push the macroblocks of all runs in this order; yield the rows so far after each."""
+def each(order: Sequence[int], of: Callable[[int], tuple[str, Wall]]) -> Iterator[list[dict[str, Any]]]:
+    """Push all runs in this order; yield the rows so far after each."""
     rows: list[dict[str, Any]] = []
     context = get_context("spawn")
     with ProcessPoolExecutor(2, mp_context=context, max_tasks_per_child=1) as pool:
-        for row in pool.map(compared, order, [peaks[run] for run in order], repeat(of)):
+        for row in pool.map(compared, order, repeat(of)):
             rows.append(row)
             print(row, flush=True)
             yield rows
@@ -152,8 +166,7 @@ def each(
 
 def main(most: int | None) -> None:
     """Run all and write the tables after each."""
-    peaks = headlines.peaks_of_path()
-    for rows in each(peaks, sorted(peaks, key=lambda run: 37 * run % 100)[:most], path.wall_of):
+    for rows in each(sorted(headlines.peaks_of_path(), key=lambda run: 37 * run % 100)[:most], path.wall_of):
         write(rows)
 
 
@@ -161,8 +174,7 @@ def main_held_out() -> None:
     """Run the walls of held_out.py and write their table after each."""
     with (FOLDER / "held_out_peaks.csv").open() as file:
         known = [row for row in csv.DictReader(file) if not row["ended"].startswith(("left", "STOPPED"))]
-    peaks = {2 * int(row["wall"]) + (row["direction"] == "-x"): float(row["peak"]) for row in known}
-    for rows in each(peaks, sorted(peaks), held_out.wall_of):
+    for rows in each(sorted(2 * int(row["wall"]) + (row["direction"] == "-x") for row in known), held_out.wall_of):
         write_csv(rows, "macroblock_peaks_held_out.csv")
     print(said(rows))
 

@@ -25,11 +25,32 @@ COUNTS = 0.02
 def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray:
     """Return over what length x (joints, 2) in m joints are pressed at their start and at their end, as stones turn
     about it in the headline's mechanism; 0 elsewhere, and for walls that were not pushed in large displacements."""
+    lengths, turning = np.zeros((assemblage.joints.count, 2)), _turning(assemblage, analysis)
+    if turning is None:
+        return lengths
+    normal, pressed, takes, _ = turning
+    counts = takes > COUNTS * takes.sum()
+    lengths[counts, normal[counts].argmax(axis=1)] = pressed[counts]
+    return lengths
+
+
+def left_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> float | None:
+    """Return the most that rigid blocks in large displacements bear less what joints take so, as a multiplier; None for
+    walls that were not pushed so."""
+    turning = _turning(assemblage, analysis)
+    return None if turning is None else turning[3]
+
+
+def _turning(
+    assemblage: Assemblage, analysis: LimitAnalysis
+) -> tuple[FloatArray, FloatArray, FloatArray, float] | None:
+    """Return forces (joints, 2) in N at the ends of joints, the lengths (joints,) in m that they are pressed over when
+    the most is left, what (joints,) they take from the multiplier then, and what is left."""
     joints, headline, curve = assemblage.joints, analysis.headline, analysis.rigid_curve
-    lengths, velocities = np.zeros((joints.count, 2)), headline.mechanism.velocities
+    velocities = headline.mechanism.velocities
     power = (analysis.loads.live * velocities).sum()
     if curve is None or not (curve[:, 0] > 0.0).any() or min(power, analysis.horizontal_load) <= 0.0:
-        return lengths
+        return None
     normal = np.maximum(headline.joint_forces[: joints.count, :2], 0.0)
     force, per_live = normal.sum(axis=1), power / analysis.horizontal_load
     turn = np.abs(velocities[joints.j, 2] - velocities[joints.i, 2]) / per_live  # rad per m of the live load's motion
@@ -40,7 +61,6 @@ def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatA
     pressed[:, turns] = under_turning(force[turns], soft[turns], moved[:, None] * turn[turns])
     pressed = np.minimum(pressed, joints.length)
     takes = force * turn * pressed / (3.0 * analysis.horizontal_load)
-    most = int(np.argmax(bears - takes.sum(axis=1)))
-    counts = takes[most] > COUNTS * takes[most].sum()
-    lengths[counts, normal[counts].argmax(axis=1)] = pressed[most, counts]
-    return lengths
+    left = bears - takes.sum(axis=1)
+    most = int(np.argmax(left))
+    return normal, pressed[most], takes[most], float(left[most])
