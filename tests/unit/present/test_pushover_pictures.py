@@ -52,7 +52,8 @@ def model():
     ]
     start, end = np.array([[2.0, 0.0], [0.0, 1.5]]), np.array([[0.0, 0.0], [1.0, 1.5]])
     joints = straight_interfaces(np.array([2, 1]), np.array([0, 0]), start, end, 0.1, np.full(2, 0.65))
-    bodies = Bodies(tuple(made), 2, 0.1, joints, np.arange(2), np.array([2, 0]), np.array([0, 3]), 1.0, np.zeros(2))
+    no_toes = np.zeros(2), np.zeros((2, 2))
+    bodies = Bodies(tuple(made), 2, 0.1, joints, np.arange(2), np.array([2, 0]), np.array([0, 3]), 1.0, *no_toes)
     nodes, triangles, body_of_node, body_of_side, side_edge = [], [], [], [], []
     count = 0
     for body, rings in ((0, (frame, hole)), (1, (outlines[1],))):

@@ -90,7 +90,8 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
     ]
     ends = np.array([[2.0, 0]]), np.zeros((1, 2))
     interfaces = straight_interfaces(np.array([2]), np.array([0]), *ends, 0.1, np.ones(1))
-    bodies = Bodies(tuple(made), 2, 0.1, interfaces, np.array([0]), np.array([2]), np.array([0]), 1.0, np.zeros(1))
+    no_toes = np.zeros(1), np.zeros((1, 2))
+    bodies = Bodies(tuple(made), 2, 0.1, interfaces, np.array([0]), np.array([2]), np.array([0]), 1.0, *no_toes)
     storage.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)
     record = json.loads((tmp_path / "macroblocks.json").read_text())
     assert record["body_of_block"][3] == {"block": 13, "body": 1}
