@@ -7,7 +7,7 @@ import pytest
 
 from orchestrator import MeshSettings, SteppingSettings, one_body_per_block, push
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
+from orchestrator.limit_analysis.turning_joints import left_at_hinges, pressed_at_hinges
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -41,6 +41,8 @@ def test_a_column_is_pressed_over_the_length_of_its_closed_form(direction, right
     at = [end[0, 0] for end, length in zip(ends, pressed[0], strict=True) if length]
     assert at == [WIDTH if right else 0.0]
     assert pressed.max() == pytest.approx(expected, rel=0.25), "the curve is known at some displacements"
+    turn = expected / (3.0 * HEIGHT)
+    assert left_at_hinges(assemblage, found) == pytest.approx(0.5 * WIDTH / HEIGHT - 2.0 * turn, rel=0.01)
 
 
 def test_lengths_grow_with_the_wall():
