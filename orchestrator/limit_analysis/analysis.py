@@ -35,12 +35,14 @@ from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
     SAME_ANSWER,
     Loaded,
+    Road,
     has_path,
     in_large_displacements,
     loaded,
     moving_without_load,
+    peeled,
 )
-from orchestrator.limit_analysis.search.loading_path import StateSearch, going_down
+from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -135,12 +137,30 @@ def non_associative_of(
         most, pushes = settings.path_blocks, settings.large_displacements
         met = loaded(problem, loads, optimum, settings.local_share, most, pushes)
     sequence, remarks = papers_value(problem, optimum, None if met is None else met.state, settings)
+    if sequence is not None and not has_path(problem.friction):
+        met = left_by_sequence(problem, loads, optimum, sequence, settings)
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
     falling = ids_of_falling(problem, met) if has_path(problem.friction) else ()
     return NonAssociative(met, drawn, falling, sequence, other, remarks)
+
+
+def left_by_sequence(
+    problem: Problem, loads: Loads, optimum: LimitSolution, sequence: LimitState, settings: LimitAnalysisSettings
+) -> Loaded | None:
+    """Return what the paper's sequence leaves of a wall that has no path when its local failures have been taken away,
+    None where it has none; loads: of the problem's assemblage, sequence: the state of the whole wall."""
+
+    def path(part: Problem, its_optimum: LimitSolution) -> LoadPath | None:
+        state = sequence if part is problem else sequence_state(part, its_optimum, settings)[0]
+        return (
+            None if state is None else LoadPath(np.array([0.0, state.load_multiplier]), np.ones(2), (), state, 0, 0.0)
+        )
+
+    found = peeled(problem, loads, optimum, settings.local_share, Road(path, lambda part: ()))
+    return found if found is not None and found.local_failures else None
 
 
 def ids_of_falling(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
@@ -299,7 +319,7 @@ def others(
     """
     path = None if met is None else met.path.state
     if met is not None and path is not None:
-        part, forces = met.part, path.joint_forces
+        part, forces = met.part, None if met.is_unloaded else path.joint_forces
         slips = [path.mechanism.slip] + ([met.slip(sequence, problem.assemblage)] if sequence is not None else [])
     else:
         part, forces, slips = problem, None, [sequence.mechanism.slip if sequence is not None else optimum.rates[:, 2]]

@@ -60,7 +60,7 @@ def points_words(found: tuple[PointInCommon, ...]) -> Iterator[str]:
 def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -> tuple[str, ...]:
     """Return in words what loading met that a multiplier does not say; falling: ids of blocks, as of NonAssociative."""
     if not has_path(problem.friction):
-        return (NO_PATH,)
+        return (NO_PATH, *(local_failures_of(met) if met else ()))
     if met is None:
         return (no_rest_words(", ".join(map(str, falling)), len(falling)),)
     words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
@@ -76,8 +76,8 @@ def no_rest_words(stones: str, count: int) -> str:
 
 
 def few_move_words(problem: Problem, loads: Loads, state: LimitState, local_share: float) -> Iterator[str]:
-    """Yield which stones move in the state that counts for a wall that is not loaded, where they are so few that
-    loading would take them away and go on; loads: of the problem's assemblage."""
+    """Yield which stones move in the state that counts for a wall that is not loaded, where they are a local failure
+    and no state of what is left was found; loads: of the problem's assemblage."""
     if has_path(problem.friction):
         return
     moving, share, gone = moving_share(problem, loads, state, np.ones(len(problem.assemblage.wall.blocks), dtype=bool))
