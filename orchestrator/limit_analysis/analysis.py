@@ -54,6 +54,7 @@ from orchestrator.limit_analysis.search.other_states import (
 from orchestrator.limit_analysis.search.rigid_pushover import DisplacedWallSearch
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
+from orchestrator.limit_analysis.turning_joints import edge_words, left_at_hinges
 from orchestrator.loads.block_loads import Loads, loads_on, refuse_other_loads
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
@@ -106,7 +107,8 @@ def analyse(
     points = points_in_common(assemblage)
     said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
     leaning = column_words(assemblage, loads, answer.headline, elastic_modulus)
-    remarks = (*answer.remarks, *few, *points_words(points), *said, *leaning)
+    answer = replace(answer, pressed_peak=left_at_hinges(assemblage, answer))
+    remarks = (*answer.remarks, *edge_words(answer), *few, *points_words(points), *said, *leaning)
     answer = replace(answer, points_in_common=points, is_bound=not (points or said), remarks=remarks)
     return replace(answer, wall=fingerprint_of_wall(assemblage))
 

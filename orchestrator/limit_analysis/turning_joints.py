@@ -11,10 +11,14 @@ large displacements). Lengths are those at the d where the most is left. Virtual
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
+from orchestrator.limit_analysis.search.loading import SAME_ANSWER
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.pressed_edges import compliances, is_at_end, under_turning
 
@@ -36,23 +40,33 @@ def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatA
 
 def left_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> float | None:
     """Return the most that rigid blocks in large displacements bear less what joints take so, as a multiplier; None for
-    walls that were not pushed so."""
+    walls that were not pushed so, or not so far that it falls again."""
     turning = _turning(assemblage, analysis)
     return None if turning is None else turning[3]
 
 
+def edge_words(analysis: LimitAnalysis) -> Iterator[str]:
+    """Yield about what is left as stones give way at edges, where rigid blocks bear more by more than SAME_ANSWER."""
+    left, state = analysis.pressed_peak, analysis.headline.load_multiplier
+    if left is not None and left < (1.0 - SAME_ANSWER) * min(state, analysis.rigid_peak or state):
+        yield (
+            f"stones give way at the edges that they turn about: about {as_lambda(left)} is left in large "
+            "displacements, finite elements tell (`run`)"
+        )
+
+
 def _turning(
     assemblage: Assemblage, analysis: LimitAnalysis
-) -> tuple[FloatArray, FloatArray, FloatArray, float] | None:
+) -> tuple[FloatArray, FloatArray, FloatArray, float | None] | None:
     """Return forces (joints, 2) in N at the ends of joints, the lengths (joints,) in m that they are pressed over when
-    the most is left, what (joints,) they take from the multiplier then, and what is left."""
+    the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on."""
     joints, headline, curve = assemblage.joints, analysis.headline, analysis.rigid_curve
     velocities = headline.mechanism.velocities
-    power = (analysis.loads.live * velocities).sum()
-    if curve is None or not (curve[:, 0] > 0.0).any() or min(power, analysis.horizontal_load) <= 0.0:
+    power, shear = (analysis.loads.live * velocities).sum(), headline.horizontal_load
+    if curve is None or not (curve[:, 0] > 0.0).any() or min(power, shear) <= 0.0:
         return None
     normal = np.maximum(headline.joint_forces[: joints.count, :2], 0.0)
-    force, per_live = normal.sum(axis=1), power / analysis.horizontal_load
+    force, per_live = normal.sum(axis=1), power / shear
     turn = np.abs(velocities[joints.j, 2] - velocities[joints.i, 2]) / per_live  # rad per m of the live load's motion
     soft = compliances(assemblage.wall, joints, analysis.elastic_modulus).sum(axis=1) * joints.length / joints.area
     turns = is_at_end(normal) & (turn * soft > 0.0)
@@ -60,7 +74,7 @@ def _turning(
     pressed = np.zeros((len(moved), joints.count))
     pressed[:, turns] = under_turning(force[turns], soft[turns], moved[:, None] * turn[turns])
     pressed = np.minimum(pressed, joints.length)
-    takes = force * turn * pressed / (3.0 * analysis.horizontal_load)
+    takes = force * turn * pressed / (3.0 * shear)
     left = bears - takes.sum(axis=1)
     most = int(np.argmax(left))
-    return normal, pressed[most], takes[most], float(left[most])
+    return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 else None

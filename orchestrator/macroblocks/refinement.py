@@ -11,8 +11,9 @@ twice as many are more than FEW, agreement alone is enough. It also ends where t
 row, once they are more than FEW, unless that is more than rigid blocks bear: bodies that interlock bear the same, too
 (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136). At last it ends with every stone. A curve that is not
 valid counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of
-rigid blocks there, where it was passed, else the headline; never an interval, between whose ends any number of bodies
-may bear something. Bodies that supports hold, once they have moved, have no peak, and there is nothing to agree with.
+rigid blocks there, where it was passed, else the headline, down to what is left of it as stones give way at edges;
+never an interval of states, between whose ends any number of bodies may bear something. Bodies that supports hold, once
+they have moved, have no peak, and there is nothing to agree with.
 """
 
 from __future__ import annotations
@@ -75,10 +76,17 @@ def rigid_multiplier(analysis: LimitAnalysis, in_large: bool) -> float:
     return moved if in_large and moved is not None else drawn
 
 
+def least_multiplier(analysis: LimitAnalysis, in_large: bool) -> float:
+    """Return what is left of that as stones give way at edges that they turn about."""
+    rigid, pressed = rigid_multiplier(analysis, in_large), analysis.pressed_peak
+    return rigid if pressed is None or not in_large else min(rigid, pressed)
+
+
 def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
-    """Return by what part a multiplier lies above all that rigid blocks may bear (> 0) or below it (< 0)."""
-    rigid = [*(analysis.interval or ()), *(rigid_multiplier(analysis, in_large) for in_large in (False, True))]
-    return max(multiplier / max(rigid) - 1.0, 0.0) + min(multiplier / min(rigid) - 1.0, 0.0)
+    """Return by what part a multiplier lies above all that stones may bear (> 0) or below it (< 0)."""
+    known = [rigid_multiplier(analysis, False), rigid_multiplier(analysis, True), least_multiplier(analysis, True)]
+    known += analysis.interval or ()
+    return max(multiplier / max(known) - 1.0, 0.0) + min(multiplier / min(known) - 1.0, 0.0)
 
 
 def alike(margin: float) -> float:
@@ -98,7 +106,8 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
         return True
     changes = [abs(fine.multiplier / coarse.multiplier - 1.0) for coarse, fine in pairwise(borne)]
     same = [change <= alike(margin) for change in changes]
-    if abs(last.multiplier / rigid_multiplier(analysis, last.in_large) - 1.0) <= alike(margin):
+    most, least = (of(analysis, last.in_large) for of in (rigid_multiplier, least_multiplier))
+    if (1.0 - alike(margin)) * least <= last.multiplier <= (1.0 + alike(margin)) * most:
         return same[-1:] == [True] or 2 * last.bodies > FEW * stones
     return off <= alike(margin) and same[-2:] == [True, True] and last.bodies > FEW * stones
 

@@ -57,11 +57,12 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
 
 
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
-    """Return that rigid blocks bear less in large displacements than in the lowest state found, if so by 1 %."""
-    peak = analysis.rigid_peak
-    if peak is None or peak >= (1.0 - SAME_ANSWER) * low:
-        return ""
-    return f" On the safe side is λ = {_limit(peak)}, the most that rigid blocks bear in large displacements."
+    """Return that stones bear less in large displacements than in the lowest state found, if so by 1 %."""
+    rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
+    least, what = rigid, "the most that rigid blocks bear in large displacements"
+    if pressed < (1.0 - SAME_ANSWER) * min(rigid, low):
+        least, what = pressed, "about what is left in large displacements as stones give way at edges"
+    return "" if least >= (1.0 - SAME_ANSWER) * low else f" On the safe side is λ = {_limit(least)}, {what}."
 
 
 def _without(analysis: LimitAnalysis) -> str:
@@ -216,12 +217,13 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
     limit, in_large = summary.limit_analysis, pushed.displacements == "large"
     moved, (subject, aside) = limit.kind == "peak in large displacements", LIMIT_SUBJECTS[limit.kind]
     rigid = ["the stones as rigid", *["points in which stones touch as without force"] * limit.meets_in_points]
+    edges = _at_edges(limit, pushed) if in_large and pushed.peak_reached else ""
     if in_large and not moved and pushed.peak_reached and limit.rigid_peak is not None:
-        said = f"{subject}{aside} takes {_and([*rigid, *_bonds(summary)])}"
-        return f"{said}: {_in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)}"
+        both = _in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)
+        return f"{subject}{aside} takes {_and([*rigid, *_bonds(summary)])}: {both}{edges}"
     off = f" ({percent_more(limit.multiplier, pushed.peak_multiplier)})" if pushed.peak_reached else ""
     small = ["displacements as small"] if in_large and not moved else []
-    said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *_bonds(summary)])}"
+    said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *_bonds(summary)])}{edges}"
     return said if in_large or not moved else f"{said}, finite elements displacements as small"
 
 
@@ -242,6 +244,14 @@ def _in_both(small: float, large: float, peak: float) -> str:
     if in_small == in_large:
         return f"{in_small} in small displacements and in large ones"
     return f"{in_small} in small displacements, {in_large} in large ones"
+
+
+def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
+    """Return how far off a peak is what is left as stones give way at edges, where rigid blocks have more."""
+    left = limit.pressed_peak
+    if left is None or left >= (1.0 - SAME_ANSWER) * (limit.rigid_peak or limit.multiplier):
+        return ""
+    return f"; about {percent_more(left, pushed.peak_multiplier)} where stones give way at edges"
 
 
 def _bonds(summary: Summary) -> list[str]:

@@ -173,6 +173,8 @@ class LimitSummary:
     """the most that rigid blocks bore in large displacements, where they were pushed"""
     rigid_peak: float | None = None
     """the same where it is a peak: it was passed"""
+    pressed_peak: float | None = None
+    """about what is left of it as stones give way at edges that they turn about"""
     papers_value: float | None = None
     lowest: float | None = None
     highest: float | None = None
@@ -281,6 +283,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
         interval=analysis.interval,
         large_displacements=None if analysis.rigid_curve is None else float(analysis.rigid_curve[:, 1].max()),
         rigid_peak=analysis.rigid_peak,
+        pressed_peak=analysis.pressed_peak,
         papers_value=_multiplier(analysis.sequence),
         lowest=_multiplier(analysis.lowest),
         highest=analysis.highest,

@@ -126,6 +126,7 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "elastic_modulus_Pa": analysis.elastic_modulus,
         "rigid_curve": analysis.rigid_curve,
         "rigid_peak": analysis.rigid_peak,
+        "pressed_peak": analysis.pressed_peak,
         "ways_out": analysis.ways_out,
         "is_bound": analysis.is_bound,
         "local_failures": [

@@ -43,7 +43,7 @@ def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
         "associative", "non_associative", "non_associative_range", "going_down", "iterations", "converged",
         "equilibrium_residual",
         "base_shear", "seconds", "path", "last_rest", "soft_from", "interval", "papers_value", "lowest", "highest",
-        "large_displacements", "rigid_peak", "local_failures", "associative_left", "base_shear_left",
+        "large_displacements", "rigid_peak", "pressed_peak", "local_failures", "associative_left", "base_shear_left",
         "is_bound",
         "meets_in_points",
     }  # fmt: skip

@@ -82,7 +82,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         "limit_analysis": dict.fromkeys([
             "associative", "non_associative", "non_associative_range", "going_down", "iterations", "converged",
             "equilibrium_residual", "base_shear", "seconds", "path", "last_rest", "soft_from", "interval",
-            "large_displacements", "rigid_peak",
+            "large_displacements", "rigid_peak", "pressed_peak",
             "is_bound", "meets_in_points", "papers_value", "lowest", "highest", "associative_left", "base_shear_left",
         ]) | {"local_failures": [dict.fromkeys(["stones", "share", "multipliers"])]},
         "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
