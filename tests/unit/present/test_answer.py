@@ -59,6 +59,10 @@ def test_less_borne_in_large_displacements_is_the_safe_side(slender, lowest):
     assert "the lowest on the safe side" not in said
     assert said.endswith(" On the safe side is λ = 0.44000, the most that rigid blocks bear in large displacements.")
     assert "On the safe side" not in answer_of_limit(replace(moved, rigid_peak=0.499 * lowest / 0.5))
+    edges = " On the safe side is λ = 0.42000, about what is left in large displacements as stones give way at edges."
+    assert answer_of_limit(replace(moved, pressed_peak=0.42)).endswith(edges)
+    assert answer_of_limit(replace(moved, rigid_peak=None, pressed_peak=0.42)).endswith(edges)
+    assert answer_of_limit(replace(moved, pressed_peak=0.439)) == said, "that rigid blocks bear is as good"
 
 
 def test_what_lies_in_points_without_joints_leaves_no_bound(slender):
@@ -189,6 +193,13 @@ IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
             "limit analysis takes the stones as rigid: +25.0% in small displacements and in large ones.",
         ),
         (IN_LARGE, "small", "limit analysis (+25.0%) takes the stones as rigid."),
+        (
+            {"pressed_peak": 0.19, **IN_LARGE},
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones; about -5.0% "
+            "where stones give way at edges.",
+        ),
+        ({"pressed_peak": 0.19, **IN_LARGE}, "small", "limit analysis (+25.0%) takes the stones as rigid."),
         (
             {"rigid_peak": None, "large_displacements": 0.199},
             "large",
