@@ -147,7 +147,10 @@ def test_bodies_agree_down_to_what_is_left_as_stones_give_way_at_edges(wall_1):
     assert [is_enough(pressed, MARGIN, bears(share)(headline), 2) for share in shares] == [False, *[True] * 3, False]
     small = [replace(bears(0.97)(headline)[0], in_large=False)]
     assert not is_enough(pressed, MARGIN, small, 2)
-    assert remarked(pressed, MARGIN, one_body(assemblage), bears(0.945)(headline), 2).remarks == one_body(assemblage).remarks
+    assert (
+        remarked(pressed, MARGIN, one_body(assemblage), bears(0.945)(headline), 2).remarks
+        == one_body(assemblage).remarks
+    )
 
 
 def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_them(wall_1):
