@@ -69,8 +69,8 @@ def test_pushover_is_static_and_goes_to_20_mm(summary, model):
 
 
 def test_peaks_agree_with_each_other_and_with_limit_analysis(summary):
-    """Micro-FE: 0.2969 at 20 mm of small displacements in an independent prototype of coarse elements; P-delta takes 2 %
-    off, and edges that stones turn about as much. `run templates/benchmark1.toml --model micro --set mesh.size=25mm
+    """Micro-FE: 0.2969 at 20 mm of small displacements in an independent prototype of coarse elements; P-delta takes
+    2 % off, and edges that stones turn about as much. `run templates/benchmark1.toml --model micro --set mesh.size=25mm
     --set mesh.toe_offset=0.5` has 6.374 kN."""
     macro, micro = (of_model(summary, model)["peak_base_shear"] / WEIGHT for model in ("macro", "micro"))
     assert micro == pytest.approx(6374.0 / WEIGHT, rel=5e-3)
