@@ -6,7 +6,8 @@ In a mechanism that has moved by d, joint j has turned by r_j d, and is pressed 
     sum_j N_j r_j a_j / 4    over the live load
 
 from the multiplier: the less the further the wall has moved, which takes its own part (the curve of rigid blocks in
-large displacements). Lengths are those at the d where the most is left. Virtual work; own combination.
+large displacements). Lengths are those at the d where the most is left. Virtual work; own combination. Where a joint
+has mortar with a stiffness, that is what gives way, and the curve has it.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def _turning(
     force, per_live = normal.sum(axis=1), power / shear
     turn = np.abs(velocities[joints.j, 2] - velocities[joints.i, 2]) / per_live  # rad per m of the live load's motion
     soft = compliances(assemblage.wall, joints, analysis.elastic_modulus).sum(axis=1) * joints.length / joints.area
-    turns = is_at_end(normal) & (turn * soft > 0.0)
+    turns = is_at_end(normal) & (turn * soft > 0.0) & np.isinf(joints.normal_stiffness)
     moved, bears = curve[curve[:, 0] > 0.0].T
     pressed = np.zeros((len(moved), joints.count))
     pressed[:, turns] = under_turning(force[turns], soft[turns], moved[:, None] * turn[turns])
