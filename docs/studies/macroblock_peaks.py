@@ -116,6 +116,8 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
     near, within = np.abs(headline) <= HEADLINE_NEAR, (low <= HEADLINE_NEAR) & (high >= -HEADLINE_NEAR)
     moved = np.array([float(row["moved"] or row["headline"]) / float(row["micro-FE"]) - 1 for row in pushed])
     like = np.abs(moved) <= HEADLINE_NEAR
+    pressed = np.array([float(row["pressed"] or row["headline"]) / float(row["micro-FE"]) - 1 for row in pushed])
+    down = (np.minimum(low, pressed) <= HEADLINE_NEAR) & (high >= -HEADLINE_NEAR)
     analysis, choice, solving, micro = (
         sum(row[name] for row in pushed) for name in ("analysis_s", "choice_s", "finite_elements_s", "micro_s")
     )
@@ -130,7 +132,10 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
         f"(highest {headline.max():+.1%}, lowest {headline.min():+.1%}). Rigid blocks in large displacements, "
         f"as micro-FE moves (where their peak was passed, else the headline), are within {HEADLINE_NEAR:.1%} in "
         f"{like.sum()}, more than {HEADLINE_ABOVE:.0%} above in {np.sum(moved > HEADLINE_ABOVE)}; one of the three in "
-        f"{np.sum(within | like)}. Limit analysis took {analysis:.0f} s, the "
+        f"{np.sum(within | like)}. What pressed edges leave is within {HEADLINE_NEAR:.1%} in "
+        f"{np.sum(np.abs(pressed) <= HEADLINE_NEAR)}, more than {HEADLINE_ABOVE:.0%} above in "
+        f"{np.sum(pressed > HEADLINE_ABOVE)}; headline, interval or all from there to them in {down.sum()}. Limit "
+        f"analysis took {analysis:.0f} s, the "
         f"choice of bodies {choice:.0f} s, all pushovers of macroblocks {solving:.0f} s, micro-FE {micro:.0f} s."
     )
 
