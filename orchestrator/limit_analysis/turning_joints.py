@@ -29,12 +29,13 @@ COUNTS = 0.02
 
 def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray:
     """Return over what length x (joints, 2) in m joints are pressed at their start and at their end, as stones turn
-    about it in the headline's mechanism; 0 elsewhere, and for walls that were not pushed in large displacements."""
+    about it in the headline's mechanism; 0 elsewhere, where all of a joint is pressed, and for walls that were not
+    pushed in large displacements."""
     lengths, turning = np.zeros((assemblage.joints.count, 2)), _turning(assemblage, analysis)
     if turning is None:
         return lengths
     normal, pressed, takes, _ = turning
-    counts = takes > COUNTS * takes.sum()
+    counts = (takes > COUNTS * takes.sum()) & (pressed < assemblage.joints.length)
     lengths[counts, normal[counts].argmax(axis=1)] = pressed[counts]
     return lengths
 

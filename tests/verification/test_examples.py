@@ -18,7 +18,7 @@ def test_benchmark1():
     analysis, capacity = runpy.run_path(str(EXAMPLES / "benchmark1.py"))["main"]()
     assert analysis.associative.load_multiplier == pytest.approx(0.34782, abs=2e-5)
     assert analysis.headline.load_multiplier == pytest.approx(0.2963, abs=1e-3)
-    assert capacity.peak_multiplier == pytest.approx(analysis.headline.load_multiplier, rel=0.01)
+    assert analysis.pressed_peak < capacity.peak_multiplier < analysis.headline.load_multiplier
     assert capacity.equilibrium_residual < 1e-3
 
 

@@ -31,6 +31,7 @@ from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present.answer import answer_of_run
 from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -73,10 +74,16 @@ def analysed(wall: Wall, load: LoadSettings) -> tuple[Assemblage, LimitAnalysis]
     return assemblage, analyse(assemblage, loads=loads_on(wall, load))
 
 
-def pushed(wall: Wall, load: LoadSettings, partition: Partition | None = None, slip_tolerance: float = 1e-6) -> Pushed:
+def pushed(
+    wall: Wall,
+    load: LoadSettings,
+    partition: Partition | None = None,
+    slip_tolerance: float = 1e-6,
+    mesh: MeshSettings | None = None,
+) -> Pushed:
     assemblage, analysis = analysed(wall, load)
     bodies, contact = partition or one_body_per_block(assemblage), ContactSettings(slip_tolerance)
-    return push(assemblage, analysis, bodies, load, contact=contact, stepping=SHORT)
+    return push(assemblage, analysis, bodies, load, contact=contact, stepping=SHORT, mesh=mesh)
 
 
 def block_file(folder: Path) -> Path:
@@ -89,9 +96,10 @@ def block_file(folder: Path) -> Path:
 
 @pytest.fixture(scope="module", params=["+x", "-x"])
 def done(request, tmp_path_factory):
-    """Direction, exit code and folder of `run` with both models."""
+    """Direction, exit code and folder of `run` with both models, of elements of one size with the chip or without."""
     folder = tmp_path_factory.mktemp("chipped")
     options = [f"load.direction={request.param}", "stepping.final_displacement=10mm", "project.language=en"]
+    options.append("mesh.toe_offset=0.5")
     command = ["run", str(block_file(folder)), "--output", str(folder / "run")]
     with undrawn():
         code = main([*command, *(word for option in options for word in ("--set", option))])
@@ -127,7 +135,7 @@ def test_a_run_goes_on_without_it_and_says_what_to_try(done):
 def test_what_is_left_bears_what_the_wall_bears_that_was_drawn_without_it(done):
     direction, _, folder = done
     micro = next(one for one in storage.read_summary(folder).pushover if one.model == "micro")
-    bare = pushed(chipped(chips=False), LoadSettings(direction))
+    bare = pushed(chipped(chips=False), LoadSettings(direction), mesh=MeshSettings(toe_offset=0.5))
     assert micro.peak_multiplier == pytest.approx(bare.capacity.peak_multiplier, rel=5e-3)
 
 
@@ -145,7 +153,7 @@ def test_with_a_smaller_slip_tolerance_it_stands_until_the_load_takes_it():
     coarse = pushed(chipped(), load)
     assert coarse.summary.events[0].under_gravity
     for one in (fine, coarse):
-        assert one.capacity.peak_multiplier == pytest.approx(analysis.headline.load_multiplier, rel=5e-3)
+        assert one.capacity.peak_multiplier == pytest.approx(analysis.headline.load_multiplier, rel=0.01)
 
 
 def test_a_macroblock_that_falls_under_gravity_is_local_as_a_stone_is():
@@ -202,7 +210,7 @@ def test_macroblocks_that_are_every_stone_have_its_curve_which_is_followed_once(
     """With a fine slip tolerance and elements of 0.2 m the chip falls under the load to -x, where limit analysis lists
     no loose stone; finer elements hold it, and bear its 0.6000."""
     settings = ["load.direction=-x", "stepping.final_displacement=10mm", "contact.slip_tolerance=0.00001mm"]
-    settings.append("mesh.size=200mm")
+    settings += ["mesh.size=200mm", "mesh.toe_offset=0.5"]
     case, told = cases.read(block_file(tmp_path), settings), list[IncrementDone]()
 
     def report(event):

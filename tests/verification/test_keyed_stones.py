@@ -50,8 +50,9 @@ def peak(arch, analysed):
     return of
 
 
-def test_the_peak_does_not_depend_on_how_stiff_all_stones_are(peak):
-    assert peak(50.0) == pytest.approx(peak(3.5), rel=0.005)
+def test_the_peak_hardly_depends_on_how_stiff_all_stones_are(peak):
+    """Edges that stones turn about take more from soft ones."""
+    assert peak(3.5) < peak(50.0) < 1.02 * peak(3.5)
 
 
 def test_the_headline_is_not_above_micro_fe_where_other_springs_lead_to_another_state(peak, analysed):

@@ -25,6 +25,7 @@ from orchestrator.masonry.ties import Tie, with_ties
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present.answer import answer_of_limit
 from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -67,9 +68,10 @@ def chimney(stones: int = 3) -> Wall:
 
 
 def pushed_with(wall: Wall, stepping: SteppingSettings) -> Pushed:
-    """Push every stone of a wall as `run` does."""
+    """Push every stone of a wall as `run` does, with elements of one size."""
     assemblage = find_joints(wall, JointSettings())
-    return push(assemblage, analyse(assemblage), one_body_per_block(assemblage), stepping=stepping)
+    mesh = MeshSettings(toe_offset=0.5)
+    return push(assemblage, analyse(assemblage), one_body_per_block(assemblage), stepping=stepping, mesh=mesh)
 
 
 @shared
@@ -197,7 +199,7 @@ def test_macroblocks_lose_the_chimney_and_bear_what_every_stone_bears():
 def test_a_stone_that_falls_while_the_part_around_it_is_driven_does_not_unload_the_wall():
     """The narrow stone at the end of the top course is driven with 23 others when it loses its balance.
 
-    The wall then carries what the same wall carries that was drawn without it.
+    The wall then carries what the same wall carries that was drawn without it, with the same elements.
     """
     courses = IrregularCourses(1.4, 1.0, seed=3)
     wall = irregular_courses(courses)

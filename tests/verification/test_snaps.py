@@ -17,7 +17,6 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from orchestrator.storage.notes import is_far
 from tests.support.pushover_chain import model_of, rectangle
 
 WALL = rubble(Rubble(2.6, 2.2, stone=0.3270249, flatness=1.5441807, seed=9))
@@ -71,10 +70,11 @@ def test_what_a_wall_falls_through_under_prescribed_displacements_is_told_too():
     assert found.snap.moved == pytest.approx(pin / (width - edge) * (height + pin), rel=0.05)
 
 
-def test_columns_side_by_side_lean_at_what_one_bears_before_they_press_each_other():
+def test_columns_side_by_side_lean_near_what_one_bears_before_they_hold_each_other():
     """Columns that turn by theta about their toes overlap by b theta^2 / 2 unless they press each other.
 
-    LMGC90 (a script that was thrown away) has four of the five at rest again under 0.34.
+    Toes that give way let them press each other before that, too, so that they lean a little later. LMGC90 (a script that
+    was thrown away) has four of the five at rest again under 0.34.
     """
     columns, courses, base, height = 5, 6, 0.4, 0.25
     places = [(i * base, j * height) for j in range(courses) for i in range(columns)]
@@ -84,6 +84,6 @@ def test_columns_side_by_side_lean_at_what_one_bears_before_they_press_each_othe
     analysis = analyse(assemblage, loads=loads_on(wall, load))
     found = push(assemblage, analysis, one_body_per_block(assemblage), load).summary
     alone = base / (courses * height)
-    assert 0.95 * alone < found.snap.load_multiplier < alone
-    assert is_far(found.snap, found.peak_multiplier)
-    assert found.peak_multiplier < analysis.associative.load_multiplier
+    assert 0.95 * alone < found.snap.load_multiplier < 1.1 * alone
+    assert found.snap.share > 0.8
+    assert 1.04 * found.snap.load_multiplier < found.peak_multiplier < analysis.associative.load_multiplier
