@@ -99,8 +99,6 @@ def benchmark1(large: bool, finer: float = 1.0) -> dict[str, dict[str, float]]:
     from mpi4py import MPI
 
     from orchestrator.app import driver
-    from orchestrator.macroblocks.bodies import make_bodies
-    from orchestrator.macroblocks.criteria import one_body_per_block
     from orchestrator.pushover.meshing import mesh_bodies
     from orchestrator.pushover.model import build_model
     from orchestrator.pushover.path.stepping import Pushover
@@ -109,9 +107,8 @@ def benchmark1(large: bool, finer: float = 1.0) -> dict[str, dict[str, float]]:
 
     case = cases.read(FOLDER.parent / "templates" / "benchmark1.toml")
     segmented = driver.segment(case)
-    stones = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
     rows = {}
-    for name, bodies in (("macroblocks", segmented.bodies), ("micro-FE", stones)):
+    for name, bodies in (("macroblocks", segmented.bodies), ("micro-FE", segmented.bodies_of("micro"))):
         began = process_time()
         meshes = mesh_bodies(bodies, replace(case.mesh, size=case.mesh.size / finer), None)
         loads = own_weight(meshes, case.load.vector)

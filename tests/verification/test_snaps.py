@@ -73,8 +73,8 @@ def test_what_a_wall_falls_through_under_prescribed_displacements_is_told_too():
 def test_columns_side_by_side_lean_near_what_one_bears_before_they_hold_each_other():
     """Columns that turn by theta about their toes overlap by b theta^2 / 2 unless they press each other.
 
-    Toes that give way let them press each other before that, too, so that they lean a little later. LMGC90 (a script that
-    was thrown away) has four of the five at rest again under 0.34.
+    Toes that give way let them press each other before that, too, so that they lean a little later. LMGC90 (a script
+    that was thrown away) has four of the five at rest again under 0.34.
     """
     columns, courses, base, height = 5, 6, 0.4, 0.25
     places = [(i * base, j * height) for j in range(courses) for i in range(columns)]

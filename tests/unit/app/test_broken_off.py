@@ -35,7 +35,8 @@ def test_what_happened_where_and_what_may_help(folder):
     said += r"a smaller elastic.elastic_modulus \(default 3.5 GPa\), a larger newton.residual \(default 1e-08\), "
     said += r"stepping.large_displacement=false \(small displacements\), --model macro \(.+\)"
     assert re.fullmatch(said, pushed["complaint"]), pushed["complaint"]
-    assert re.fullmatch(rf"end of the curve: it broke off {place}", pushed["not_valid_because"])
+    by_rounding = r"energy balance: .+"  # of the last increments, on some processors
+    assert re.fullmatch(rf"end of the curve: it broke off {place}|{by_rounding}", pushed["not_valid_because"])
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_an_iteration_costs_what_was_measured_and_a_curve_takes_the_time_that_wa
         likely = estimate.PER_ITERATION * float(row["unknowns"])
         assert 1 / 1.5 < likely / (1e-3 * float(row["per_iteration_ms"])) < 1.5
     segmented = driver.segment(cases.read(BENCHMARKS.parent / "templates" / "benchmark1.toml"))
-    every_stone = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+    every_stone = segmented.bodies_of("micro")
     with (BENCHMARKS / "walls.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert {row["benchmark 1"] for row in rows} == {"macroblocks", "micro-FE"}
