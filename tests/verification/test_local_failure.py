@@ -156,6 +156,23 @@ def test_local_failures_are_taken_away_where_nothing_is_loaded(width, tied):
     assert any("come" in remark and "loose" in remark for remark in found.remarks) == bool(found.local_failures)
 
 
+def test_where_what_is_left_is_held_it_is_said_that_only_few_stones_move():
+    """Without the pin of 0.06 m x 0.125 m no load moves the block, which stands in a socket as high as itself."""
+    outline = (
+        (-0.5, -0.2, 1.7, 0.2),
+        (-0.5, 0, 0.5, 1.0),
+        (0.7, 0, 0.5, 1.0),
+        (0, 0, 0.7, 1.0),
+        (0.3, 1.0, 0.06, 0.125),
+    )
+    blocks = tuple(Block(n, rectangle(*one), n < 3, 20e3) for n, one in enumerate(outline))
+    joints = JointSettings(classes=(JointClass(compressive_strength=5e9),))
+    found = analyse(find_joints(Wall("socket", blocks, 0.3, 0.8), joints))
+    assert found.headline.load_multiplier == pytest.approx(0.48, rel=1e-4)
+    assert not found.local_failures
+    assert any(remark.startswith("WARNING: only stones 4 (") for remark in found.remarks)
+
+
 def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
     """It overturns as one; its stones come off one after the other in the same motion, the lowest may come to rest.
 
