@@ -1,0 +1,52 @@
+"""Local failures of walls that have no path of loading, as joints crush or ties hold stones."""
+
+from __future__ import annotations
+
+import pytest
+
+from orchestrator.limit_analysis import analyse
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
+from orchestrator.masonry.ties import Tie, with_ties
+from orchestrator.masonry.wall import Block, Wall
+from tests.support.pushover_chain import rectangle
+
+
+@pytest.mark.parametrize("tied", [False, True])
+@pytest.mark.parametrize("width", [0.06, 0.2])
+def test_local_failures_are_taken_away_where_nothing_is_loaded(width, tied):
+    """Joints that crush, and ties, have no path. A pin of 0.06 m x 0.125 m overturns at 0.48, on a block that slides at
+    0.7 without it; one as high and three times as wide stays on it. A tie that hangs slack changes nothing."""
+    blocks = (Block(0, rectangle(0, -0.2, 0.9, 0.2), True, 20e3), Block(1, rectangle(0, 0, 0.9, 1.0), False, 20e3))
+    blocks += (Block(2, rectangle(0.3, 1.0, width, 0.125), False, 20e3),)
+    joints = JointSettings() if tied else JointSettings(classes=(JointClass(compressive_strength=5e9),))
+    assemblage = find_joints(Wall("pin", blocks, 0.3, 0.7), joints)
+    if tied:
+        assemblage = with_ties(assemblage, [Tie(blocks=(1,), start=(0.9, 0.5), end=(3.0, 0.5), strength=1e4)])
+    found = analyse(assemblage)
+    if width > 0.125 * 0.7:
+        assert not found.local_failures
+    else:
+        (failure,) = found.local_failures
+        assert failure.stones == (2,)
+        assert failure.multipliers == pytest.approx((0.48, 0.48), rel=1e-4)
+    assert found.headline.load_multiplier == pytest.approx(0.7, rel=1e-4)
+    assert found.headline.converged
+    assert found.headline.mechanism.velocities[2].any() != bool(found.local_failures)
+    assert any("come" in remark and "loose" in remark for remark in found.remarks) == bool(found.local_failures)
+
+
+def test_where_what_is_left_is_held_it_is_said_that_only_few_stones_move():
+    """Without the pin of 0.06 m x 0.125 m no load moves the block, which stands in a socket as high as itself."""
+    outline = (
+        (-0.5, -0.2, 1.7, 0.2),
+        (-0.5, 0, 0.5, 1.0),
+        (0.7, 0, 0.5, 1.0),
+        (0, 0, 0.7, 1.0),
+        (0.3, 1.0, 0.06, 0.125),
+    )
+    blocks = tuple(Block(n, rectangle(*one), n < 3, 20e3) for n, one in enumerate(outline))
+    joints = JointSettings(classes=(JointClass(compressive_strength=5e9),))
+    found = analyse(find_joints(Wall("socket", blocks, 0.3, 0.8), joints))
+    assert found.headline.load_multiplier == pytest.approx(0.48, rel=1e-4)
+    assert not found.local_failures
+    assert any(remark.startswith("WARNING: only stones 4 (") for remark in found.remarks)
