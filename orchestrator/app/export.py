@@ -21,11 +21,12 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.pushover.contact.faces import find_touching
-from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
+from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, volumes
 from orchestrator.pushover.solids.elastic_constants import constants_of, slip_tolerance_of
 from orchestrator.pushover.solids.nodal_loads import departures_from_mean
 from orchestrator.settings.case import Case, ModelName
 from orchestrator.storage import write_text
+from orchestrator.storage.mesh_files import write_mesh
 
 Dialect = Literal["calculix", "abaqus"]
 DECKS: tuple[Dialect, ...] = get_args(Dialect)

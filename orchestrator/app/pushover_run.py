@@ -29,9 +29,10 @@ from orchestrator.masonry.ties import with_ties
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
 from orchestrator.pushover.increments import Increment, end_of_curve
-from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, write_mesh
+from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies
 from orchestrator.settings.case import Case, ModelName
 from orchestrator.storage.identity import identity
+from orchestrator.storage.mesh_files import write_mesh
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -19,15 +19,18 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.basis.atomic_files import replacing, sealed, unsealed, write_bytes
+from orchestrator.basis.atomic_files import sealed, unsealed, write_bytes
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.threads import in_turn
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.wall import EXTREMES
-from orchestrator.pushover.toes import OFFSET, element_ends
+from orchestrator.pushover.toes import GROWTH, OFFSET, element_ends
 
 logger = logging.getLogger(__name__)
+
+FAR = 1e3
+"""sizes of elements from the outline up to which they grow"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,10 @@ class MeshSettings(Checked):
     """Element size in the wall's plane and number of element layers through the thickness."""
 
     size: Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1]), Unit("m")] | None = None
-    """largest edge of an element in the wall's plane; joint ends are nodes. Left out: half a mean stone's size"""
+    """largest edge of an element on the outline of a body; joint ends are nodes. Left out: half a mean stone's size"""
+    growth: Annotated[float, Ge(0), Le(2)] = GROWTH
+    """by which elements grow over the distance from the outline: what is inside of large bodies only bends; 0: as long
+    as on the outline everywhere"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""
     matching_faces: bool = False
@@ -48,7 +54,7 @@ class MeshSettings(Checked):
     elements are so short there; 0.5 leaves them at `size`"""
 
     def size_of(self, bodies: Bodies) -> float:
-        """Return the largest edge of an element in m."""
+        """Return the largest edge of an element on an outline in m."""
         return 0.5 * bodies.mean_stone if self.size is None else self.size
 
 
@@ -147,7 +153,7 @@ def _meshes(
     meshes = {shape: mesh for shape, file in files.items() if (mesh := _cached(file)) is not None}
     missing = [shape for shape in shapes if shape not in meshes]
     if missing:
-        with gmsh_session(size) as gmsh:
+        with gmsh_session() as gmsh:
             for shape in missing:
                 meshes[shape] = _mesh_shape(gmsh, shape, thickness, size, settings)
                 _keep(meshes[shape], files[shape])
@@ -155,15 +161,16 @@ def _meshes(
 
 
 @contextmanager
-def gmsh_session(size: float) -> Iterator[Any]:
-    """Hold gmsh's global state: silent, one thread, no element larger than `size` m."""
+def gmsh_session() -> Iterator[Any]:
+    """Hold gmsh's global state: silent, one thread, the sizes of elements inside are those of `_grow` alone."""
     import gmsh  # 130 MB that check, limit and segment do not need
 
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
         yield gmsh
     finally:
         gmsh.finalize()
@@ -172,7 +179,6 @@ def gmsh_session(size: float) -> Iterator[Any]:
 def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, settings: MeshSettings) -> ShapeMesh:
     """Triangulate the outline, extrude it, and return its tetrahedra."""
     gmsh.model.add("body")
-    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", int(bool(shape.cuts)))
     geometry = gmsh.model.geo
     rings = _add_rings(geometry, shape, size)
     surface = geometry.addPlaneSurface(
@@ -181,6 +187,7 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
     if not settings.matching_faces:
         geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
     geometry.synchronize()
+    _grow(gmsh.model.mesh.field, [line for ring in rings for edge in ring for line in edge], size, settings.growth)
     gmsh.model.mesh.generate(2 if settings.matching_faces else 3)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, _, elements = gmsh.model.mesh.getElements(2 if settings.matching_faces else 3)
@@ -200,6 +207,15 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
         nodes = np.column_stack([np.tile(nodes[:, :2], (len(levels), 1)), np.repeat(levels, len(nodes))])
     tetrahedra = _positive(nodes, tetrahedra)
     return ShapeMesh(nodes, tetrahedra, *_sides(tetrahedra, on_edge))
+
+
+def _grow(field: Any, outline: list[int], size: float, growth: float) -> None:
+    """Let elements inside be as long as the nearest one of the outline, and `growth` x the distance from it longer."""
+    extend, far = field.add("Extend"), FAR * size
+    field.setNumbers(extend, "CurvesList", outline)
+    for name, value in (("DistMax", far), ("SizeMax", size + growth * far), ("Power", 1.0)):
+        field.setNumber(extend, name, value)
+    field.setAsBackgroundMesh(extend)
 
 
 def _elements_of_edges(gmsh: Any, edges: list[list[int]], surface: int, matching_faces: bool) -> list[IntArray]:
@@ -259,8 +275,7 @@ def _add_ring(geometry: Any, ring: FloatArray, cuts: list[tuple[float, ...]], si
     corners = [a + part[:, None] * (b - a) for a, b, part in zip(ring, following, share, strict=True)]
     points = np.concatenate(corners)
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
-    sizes = np.minimum(size, np.minimum(lengths, np.roll(lengths, 1))) if any(cuts) else np.full(len(points), size)
-    tags = [geometry.addPoint(x, y, 0.0, local) for (x, y), local in zip(points, sizes, strict=True)]
+    tags = [geometry.addPoint(x, y, 0.0) for x, y in points]
     lines = [geometry.addLine(a, b) for a, b in zip(tags, tags[1:] + tags[:1], strict=True)]
     for line, length in zip(lines, lengths, strict=True):
         geometry.mesh.setTransfiniteCurve(line, max(1, math.ceil(length / size - 1e-6)) + 1)
@@ -302,8 +317,8 @@ def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, Int
 def _content_hash(shape: CutOutline, thickness: float, size: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
-    sizes = [thickness, size, settings.layers, settings.matching_faces]
-    content = [shape.rings, *sizes, version("gmsh"), "edges", *(["cuts", "inside", shape.cuts] if shape.cuts else [])]
+    sizes = [thickness, size, settings.growth, settings.layers, settings.matching_faces]
+    content = [shape.rings, shape.cuts, *sizes, version("gmsh"), "grows inside"]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -330,20 +345,3 @@ def _keep(mesh: ShapeMesh, file: Path | None) -> None:
         write_bytes(file, sealed(content.getvalue()))
     except OSError as error:
         logger.warning("%s: %s; the mesh is not kept for the next run", file, error.strerror)
-
-
-def write_mesh(meshes: BodyMeshes, path: Path, suffix: str = "") -> None:
-    """Write the mesh in the format of the suffix (.msh is gmsh 4.1, .vtu, .xdmf), body number as cell data; suffix: of
-    another one than the path's."""
-    import meshio
-
-    mesh = meshio.Mesh(
-        meshes.nodes, [("tetra", meshes.tetrahedra)], cell_data={"body": [meshes.body_of_tetrahedron.astype(np.int32)]}
-    )
-    suffix = suffix or path.suffix
-    if suffix == ".xdmf":  # writes a second file, named after the first
-        mesh.write(path)
-        return
-    options = {".msh": {"file_format": "gmsh", "binary": True}}.get(suffix, {"file_format": suffix[1:]})
-    with replacing(path) as temporary:
-        mesh.write(temporary, **options)

@@ -58,7 +58,7 @@ ROUNDS = 8
 """refinements at most"""
 USELESS = 1e-6
 """where refinements do not end, a residual larger than this share of the right-hand side is a failure"""
-SMALL = 7_000
+SMALL = 20_000
 """unknowns up to which one rank eliminates without pivoting (factors.py says what that takes)"""
 
 

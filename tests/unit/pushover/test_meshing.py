@@ -12,7 +12,8 @@ from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Wall
-from orchestrator.pushover.meshing import MeshSettings, mesh_bodies, volumes, write_mesh
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies, volumes
+from orchestrator.storage.mesh_files import write_mesh
 from tests.support.paths import PROJECT
 from tests.support.walls import upright
 
