@@ -79,7 +79,7 @@ def measured(name: str) -> dict[str, Any]:
     partition = macroblocks_of(assemblage, analysis)
     chosen = process_time()
     partition, done = push_and_refine(
-        assemblage, analysis, partition, lambda bodies: push(assemblage, analysis, bodies)
+        assemblage, analysis, partition, lambda bodies, suffices: push(assemblage, analysis, bodies, suffices=suffices)
     )
     row = {
         "facade": name,

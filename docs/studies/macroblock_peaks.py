@@ -84,7 +84,10 @@ def compared(run: int, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> 
         }
         began = process_time()
         partition, done = push_and_refine(
-            assemblage, analysis, partition, lambda bodies: push(assemblage, analysis, bodies, load)
+            assemblage,
+            analysis,
+            partition,
+            lambda bodies, suffices: push(assemblage, analysis, bodies, load, suffices=suffices),
         )
     except (CaseError, ConvergenceError) as error:
         return row | {"ended": f"STOPPED: {error}"}

@@ -4,11 +4,13 @@ Its static rows and its last one are looked at, one by one. Where bodies overlap
 curve ends with the row before if its base shear has fallen by then, as if it had been followed only so far; else it is
 not valid. A level base shear is not enough: what bodies go through might have held them. So it ends where work and
 energies balance for the last time: an increment past the peak may have jumped to another path of equilibrium.
+
+A curve whose peak does not suffice, as that of macroblocks that finer ones follow, ends soon after it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +24,20 @@ from orchestrator.storage.effort import with_energy_errors
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
+
+PASSED = 0.05
+"""part of its highest value that the base shear has lost where a peak is behind that does not suffice"""
+NOT_ENOUGH = f"base shear {PASSED:.0%} below its peak: finer macroblocks are to tell another"
+"""what a curve says that ended there"""
+
+Suffices = Callable[[float], bool]
+"""whether a pushover with such a peak, as a multiplier of the live load, is of use beyond it"""
+
+
+def is_past(increment: Increment) -> bool:
+    """Return whether the base shear has fallen by PASSED from its highest."""
+    falls = increment.base_shear < (1.0 - PASSED) * increment.largest_base_shear
+    return falls and increment.phase != "gravity" and not increment.moving
 
 
 def misfits_of(

@@ -27,7 +27,17 @@ from orchestrator.app.at_peak import (
     wall_at_peak,
 )
 from orchestrator.app.broken_off import SolverSettings, located, place
-from orchestrator.app.curve_end import balanced, first_misfit, largest, misfits_of, usable, used
+from orchestrator.app.curve_end import (
+    NOT_ENOUGH,
+    Suffices,
+    balanced,
+    first_misfit,
+    is_past,
+    largest,
+    misfits_of,
+    usable,
+    used,
+)
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
@@ -98,15 +108,16 @@ def push(
     newton: NewtonSettings | None = None,
     stepping: SteppingSettings | None = None,
     report: Report | None = None,
+    suffices: Suffices | None = None,
 ) -> Pushed:
     """Push the bodies of a partition: weight, extra dead loads (floors), live load; check the curve as `run` does.
 
     partition: macroblocks, or `one_body_per_block(assemblage)` for micro-FE. analysis: of the assemblage under the same
     loads; its associative multiplier is the measure of load increments. report: told every increment (progress.py).
-    Settings left out have the default of the case file. All increments stay in memory until the curve ends. Raises
-    CaseError for an analysis or a partition of another wall, loads other than those of the analysis and for joints of
-    no known law, ConvergenceError where there is no curve; a curve that breaks off or is not valid is returned with its
-    `complaints`.
+    suffices: of which peak the curve goes on beyond it; None: of any, as far as `stepping` says. Settings left out have
+    the default of the case file. All increments stay in memory until the curve ends. Raises CaseError for an analysis
+    or a partition of another wall, loads other than those of the analysis and for joints of no known law,
+    ConvergenceError where there is no curve; a curve that breaks off or is not valid is returned with its `complaints`.
     """
     needed = {"assemblage": (assemblage, Assemblage), "analysis": (analysis, LimitAnalysis)}
     require_kinds("write push(assemblage, analysis, partition, load)", **needed, partition=(partition, Partition))
@@ -127,7 +138,9 @@ def push(
     increments: list[Increment] = []
     reported = _reported(increments, report, model, stepping, contact_model)
     loose = loose_of(model, assemblage.wall, bodies, analysis)
-    complaint, factorise = follow(contact_model, this_rank(), strict.newton, stepping, expected, loose, None, reported)
+    complaint, factorise = follow(
+        contact_model, this_rank(), strict.newton, stepping, expected, loose, None, reported, suffices
+    )
     ended = perf_counter()
     seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
     seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
@@ -180,10 +193,12 @@ def follow(
     loose: BodyMask | None,
     last: Increment | None,
     keep: Callable[[Increment], None],
+    suffices: Suffices | None,
 ) -> tuple[Ended, float]:
     """Follow a path from the increment `last` (None: from the start) and `keep` every increment.
 
-    Returns why it ended before `end_of_curve` (None: it did not), and the seconds of factorisations.
+    It ends where a peak has passed that does not suffice. Returns why it ended before `end_of_curve` (None: it did
+    not, or there), and the seconds of factorisations.
     """
     from orchestrator.pushover.path.stepping import Pushover
     from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -192,6 +207,9 @@ def follow(
         try:
             for increment in Pushover(contact_model, system, newton, stepping, expected, loose).increments(last):
                 keep(increment)
+                peak = increment.largest_base_shear / contact_model.horizontal_load
+                if suffices and is_past(increment) and not suffices(peak):
+                    break
         except (ConvergenceError, CollapseError, HeldError) as error:
             return error, system.seconds
         return None, system.seconds
@@ -221,7 +239,7 @@ def judged(
     if isinstance(complaint, ConvergenceError):
         complaint = located(model, complaint, last, contact_model, settings)
     last = _after_gravity(model, last, complaint)
-    stopped = str(complaint or end_of_curve(last, stepping, contact_model.height))
+    stopped = str(complaint or end_of_curve(last, stepping, contact_model.height) or NOT_ENOUGH)
     end = stepping.end_of(contact_model.height)
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
@@ -230,7 +248,7 @@ def judged(
     kept = (one for one in increments() if one.number <= curve.step[-1])
     effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
     capacity, rows = find_capacity(curve), used(rows, curve)
-    peak = _peak(curve)
+    peak = int(curve.static.step[np.argmax(curve.static.base_shear_N)])  # of the static increments
     at_rest, at_peak, at_end = (
         next(one for one in increments() if one.number == number)
         for number in (curve.step[0], peak, curve.static.step[-1])
@@ -307,11 +325,6 @@ def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: L
     if np.abs(pushed - analysed).sum() > SAME_LOAD * np.abs(pushed).sum():
         remedy = "give `analyse` the loads loads_on(wall, load), and `push` the same load"
         raise CaseError("load", "is not the load of this limit analysis", remedy)
-
-
-def _peak(curve: PushoverCurve) -> int:
-    """Return the number of the increment that carries most, of the static ones."""
-    return int(curve.static.step[np.argmax(curve.static.base_shear_N)])
 
 
 def _invalid(

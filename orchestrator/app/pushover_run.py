@@ -18,6 +18,7 @@ import numpy as np
 from orchestrator import storage
 from orchestrator.app.at_peak import BoundLeft, bound_left
 from orchestrator.app.broken_off import SolverSettings
+from orchestrator.app.curve_end import Suffices
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
 from orchestrator.app.pushed import Ended, Pushed, follow, judged, loose_of, peak_memory, progress_of
 from orchestrator.basis.errors import CaseError, naming
@@ -55,13 +56,14 @@ def push_model(
     report: Report,
     analysis: LimitAnalysis,
     same: Path | None = None,
+    suffices: Suffices | None = None,
 ) -> Pushed:
     """Mesh the bodies of one model and push them, on rank 0 or, if they are many, on all ranks.
 
     analysis: its associative load multiplier is the measure of load increments, and macroblocks have the stones that
     come loose as bodies of their own. Results go into `folder`; with `resume` the pushover goes on after the last
-    increment stored there, without any after those in `same`, the folder of a model with the same bodies. Raises
-    CaseError for what does not fit into the memory, ConvergenceError for a pushover without a curve.
+    increment stored there, without any after those in `same`, the folder of a model with the same bodies. suffices: as
+    in `push`. Raises CaseError for what does not fit into the memory, ConvergenceError for a pushover without a curve.
     """
     from orchestrator.pushover.solids.nodal_loads import nodal_loads
     from orchestrator.pushover.solids.tie_bars import find_ties
@@ -76,7 +78,7 @@ def push_model(
     bound = bound_left(with_ties(assemblage, case.reinforcement.ties), analysis.loads, bodies)
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
-    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis, bound, same)
+    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis, bound, same, suffices)
     if size.unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
@@ -115,6 +117,7 @@ def _follow(
     analysis: LimitAnalysis,
     bound: BoundLeft,
     same: Path | None,
+    suffices: Suffices | None,
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
@@ -134,7 +137,7 @@ def _follow(
         on_root(comm, store.append, increment)
         report(_told(progress_of(model, increment, stepping, contact_model, perf_counter() - assembled)))
 
-    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, loose, last, keep)
+    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, loose, last, keep, suffices)
     ended = perf_counter()
     seconds = {"mesh": meshes.seconds, "assembly": assembled - began, "factorise": factorise}
     seconds |= {"contact": ended - assembled - factorise, "total": meshes.seconds + ended - began}

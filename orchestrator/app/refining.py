@@ -2,7 +2,11 @@
 
     partition, pushed = push_and_refine(assemblage, analysis, macroblocks_of(assemblage, analysis), push_partition)
 
-with `push_partition` a function of the partition, e.g. lambda p: push(assemblage, analysis, p, load). `push_segmented`
+with `push_partition` a function of the partition and of which peaks suffice to end with it, e.g.
+
+    lambda bodies, suffices: push(assemblage, analysis, bodies, load, suffices=suffices)
+
+Where they do not, its curve need not go on beyond the peak. `push_segmented`
 does so for `run`, into its folder, and `left_off` finds the macroblocks at which a run was stopped.
 """
 
@@ -15,6 +19,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from orchestrator.app.curve_end import NOT_ENOUGH, Suffices
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import last_state, push_model, refuse_longer_curve
@@ -49,7 +54,7 @@ def push_and_refine(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     partition: Partition,
-    push_partition: Callable[[Partition], Pushed],
+    push_partition: Callable[[Partition, Suffices], Pushed],
     margin: float = MacroblockSettings().margin,
     earlier: Sequence[Borne] = (),
     remember: Callable[[Sequence[Borne]], None] = lambda borne: None,
@@ -59,27 +64,36 @@ def push_and_refine(
     margin: as in MacroblockSettings. earlier: what coarser macroblocks bore, of a run that goes on; remember: told of
     them and of all that were pushed, before finer ones are. The remarks of the partition say what was pushed before.
     Raises CaseError where the first do not fit into the memory, ConvergenceError where they have no curve; where finer
-    ones do not fit or have none, those before them stand (the latter pushed again: what they left in a folder is gone).
+    ones do not fit or have none, those before them stand, pushed again to the end of their curve.
     """
     said, borne, stones = partition.remarks, [*earlier], stones_of(assemblage)
-    next_one: Partition | None = partition
-    while next_one is not None:
+
+    def suffices(multiplier: float) -> bool:
+        """Whether those that are pushed now may be the last, if their curve passes its checks."""
+        borne_now = [Borne(next_one.count, multiplier, True, True, in_large) for in_large in (True, False)]
+        enough = [is_enough(analysis, margin, [*borne, one], stones) for one in borne_now]
+        return next_one.count == stones or any(enough)
+
+    next_one = partition
+    while True:
         try:
-            done = push_partition(next_one)
+            done = push_partition(next_one, suffices)
         except (CaseError, ConvergenceError) as error:
             if len(borne) == len(earlier):
                 raise
             said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
-            if isinstance(error, ConvergenceError):
-                done = push_partition(partition)
+            done = push_partition(partition, lambda multiplier: True)
             break
         partition, peak = next_one, done.capacity.peak_multiplier
         is_peak, in_large = done.capacity.peak_reached, done.summary.displacements == "large"
         borne.append(Borne(partition.count, peak, is_peak, done.summary.valid, in_large, done.summary.held))
-        next_one = None if is_enough(analysis, margin, borne, stones) else finer(assemblage, analysis, partition)
-        if next_one is not None:
-            remember(borne)
-            logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, next_one.count)
+        is_whole = done.summary.stopped_because != NOT_ENOUGH
+        following = finer(assemblage, analysis, partition)
+        if following is None or (is_whole and is_enough(analysis, margin, borne, stones)):
+            break
+        remember(borne)
+        logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, following.count)
+        next_one = following
     return remarked(analysis, margin, replace(partition, remarks=said), borne, stones), done
 
 
@@ -99,23 +113,23 @@ def push_segmented(
     """
     wall, analysis, chosen = segmented.assemblage.wall, segmented.analysis, segmented.partition
 
-    def push_bodies(bodies: Bodies, resume: bool) -> Pushed:
+    def push_bodies(bodies: Bodies, resume: bool, suffices: Suffices | None = None) -> Pushed:
         began, same = perf_counter(), on_root(comm, _of_same_bodies, model, case, segmented, bodies, output)
         if same is not None:
             report(StageBegun(f"{model} FE", f"the bodies of {same.name} FE, every stone: its curve is that of both"))
         done = push_model(
-            model, case, segmented.assemblage, bodies, output / model, resume, comm, report, analysis, same
+            model, case, segmented.assemblage, bodies, output / model, resume, comm, report, analysis, same, suffices
         )
         report(StageDone(f"{model} FE", perf_counter() - began, done.curve.stopped_because))
         return done
 
-    def push_macroblocks(partition: Partition) -> Pushed:
+    def push_macroblocks(partition: Partition, suffices: Suffices) -> Pushed:
         nonlocal resume
         if partition is chosen:
             goes_on, resume = resume, False  # pushed a second time they do not find what they left
-            return push_bodies(segmented.bodies, goes_on)
+            return push_bodies(segmented.bodies, goes_on, suffices)
         report(StageBegun("macroblocks", f"{partition.count} in their place: to see whether more bear another load"))
-        return push_bodies(segmented.divided(partition).bodies, False)
+        return push_bodies(segmented.divided(partition).bodies, False, suffices)
 
     if model == "micro" or chosen.tolerances is not None:
         return segmented, push_bodies(segmented.bodies_of(model), resume)

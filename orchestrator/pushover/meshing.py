@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import combinations
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
@@ -25,12 +24,15 @@ from orchestrator.basis.threads import in_turn
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.wall import EXTREMES
+from orchestrator.pushover.prisms import extruded, extruded_lines
 from orchestrator.pushover.toes import GROWTH, OFFSET, element_ends
 
 logger = logging.getLogger(__name__)
 
 FAR = 1e3
 """sizes of elements from the outline up to which they grow"""
+SAMPLES = 100
+"""points of each line of an outline from which distances are measured"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +41,6 @@ class MeshSettings(Checked):
 
     size: Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1]), Unit("m")] | None = None
     """largest edge of an element on the outline of a body; joint ends are nodes. Left out: half a mean stone's size"""
-    growth: Annotated[float, Ge(0), Le(2)] = GROWTH
-    """by which elements grow over the distance from the outline: what is inside of large bodies only bends; 0: as long
-    as on the outline everywhere"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""
     matching_faces: bool = False
@@ -52,6 +51,9 @@ class MeshSettings(Checked):
     """share of a joint's length by which the resultant of a toe may lie off that crushes, presses mortar with a normal
     stiffness (joints.classes), is left of a cracked bond, or that stones turn about in the mechanism of limit analysis:
     elements are so short there; 0.5 leaves them at `size`"""
+    growth: Annotated[float, Ge(0), Le(2)] = GROWTH
+    """by which elements grow over the distance from the outline beyond `size`: what is inside of large bodies only
+    bends; 0: none is longer than `size`"""
 
     def size_of(self, bodies: Bodies) -> float:
         """Return the largest edge of an element on an outline in m."""
@@ -187,7 +189,8 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
     if not settings.matching_faces:
         geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
     geometry.synchronize()
-    _grow(gmsh.model.mesh.field, [line for ring in rings for edge in ring for line in edge], size, settings.growth)
+    lines = [line for ring in rings for edge in ring for line in edge]
+    _grow(gmsh.model.mesh.field, lines, size, settings.growth, any(shape.cuts))
     gmsh.model.mesh.generate(2 if settings.matching_faces else 3)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, _, elements = gmsh.model.mesh.getElements(2 if settings.matching_faces else 3)
@@ -202,20 +205,30 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
     on_edge = [np.searchsorted(tags, of_edge) for of_edge in edges]
     if settings.matching_faces:
         levels = np.linspace(0.0, thickness, settings.layers + 1)
-        tetrahedra = _extruded(nodes[:, :2], tetrahedra, settings.layers)
-        on_edge = [_extruded_lines(lines, len(nodes), settings.layers) for lines in on_edge]
+        tetrahedra = extruded(nodes[:, :2], tetrahedra, settings.layers)
+        on_edge = [extruded_lines(lines, len(nodes), settings.layers) for lines in on_edge]
         nodes = np.column_stack([np.tile(nodes[:, :2], (len(levels), 1)), np.repeat(levels, len(nodes))])
     tetrahedra = _positive(nodes, tetrahedra)
     return ShapeMesh(nodes, tetrahedra, *_sides(tetrahedra, on_edge))
 
 
-def _grow(field: Any, outline: list[int], size: float, growth: float) -> None:
-    """Let elements inside be as long as the nearest one of the outline, and `growth` x the distance from it longer."""
-    extend, far = field.add("Extend"), FAR * size
-    field.setNumbers(extend, "CurvesList", outline)
-    for name, value in (("DistMax", far), ("SizeMax", size + growth * far), ("Power", 1.0)):
-        field.setNumber(extend, name, value)
-    field.setAsBackgroundMesh(extend)
+def _grow(field: Any, outline: list[int], size: float, growth: float, graded: bool) -> None:
+    """Let elements inside be `size` long, from that distance of the outline on longer, by `growth` x what is beyond it.
+
+    graded: elements at toes are shorter, and grow over the distance from there.
+    """
+    away, length = field.add("Distance"), field.add("MathEval")
+    field.setNumbers(away, "CurvesList", outline)
+    field.setNumber(away, "Sampling", SAMPLES)
+    beyond = f"(F{away} - {size!r} + Fabs(F{away} - {size!r})) / 2"  # 0 up to `size`
+    field.setString(length, "F", f"{size!r} + {growth!r} * {beyond}")
+    if graded:
+        inside, extend, length = length, field.add("Extend"), field.add("Min")
+        field.setNumbers(extend, "CurvesList", outline)
+        for name, value in (("DistMax", FAR * size), ("SizeMax", GROWTH * FAR * size), ("Power", 1.0)):
+            field.setNumber(extend, name, value)
+        field.setNumbers(length, "FieldsList", [inside, extend])
+    field.setAsBackgroundMesh(length)
 
 
 def _elements_of_edges(gmsh: Any, edges: list[list[int]], surface: int, matching_faces: bool) -> list[IntArray]:
@@ -231,35 +244,6 @@ def _elements_of_edges(gmsh: Any, edges: list[list[int]], surface: int, matching
     corners = 2 if matching_faces else 3
     of_line = iter(np.asarray(elements[0], np.int64).reshape(-1, corners) for elements in tags)
     return [np.concatenate([next(of_line) for _ in edge]) for edge in edges]
-
-
-def _extruded_lines(lines: IntArray, above: int, layers: int) -> IntArray:
-    """Return all triangles (f, 3) that the extrusion of `lines` (f, 2) may have, with either diagonal."""
-    a, b = lines.T
-    layer = np.concatenate([np.column_stack(corners) for corners in combinations((a, b, a + above, b + above), 3)])
-    return np.concatenate([layer + number * above for number in range(layers)])
-
-
-def _extruded(plane: FloatArray, triangles: IntArray, layers: int) -> IntArray:
-    """Return three tetrahedra of each prism over the triangles (t, 3), (3 t layers, 4); level k begins at node k m.
-
-    The diagonal of every side runs from its left (or lower) edge at the bottom of the layer to the other edge at the
-    top, whichever body it belongs to: two bodies that share a joint have the same triangles there, and node-to-surface
-    contact passes the patch test. J. Dompierre et al., 8th Int. Meshing Roundtable (1999) 195-204; order: x, then y.
-    """
-    rank = np.empty(len(plane), np.int64)
-    rank[np.lexsort(np.round(plane, 6).T[::-1])] = np.arange(len(plane))
-    ordered = np.take_along_axis(triangles, np.argsort(rank[triangles], axis=1), axis=1)
-    a, b, c = ordered.T
-    above = len(plane)
-    layer = np.concatenate(
-        [
-            np.column_stack([a, b, c, c + above]),
-            np.column_stack([a, b, b + above, c + above]),
-            np.column_stack([a, a + above, b + above, c + above]),
-        ]
-    )
-    return np.concatenate([layer + number * above for number in range(layers)])
 
 
 def _add_rings(geometry: Any, shape: CutOutline, size: float) -> list[list[list[int]]]:

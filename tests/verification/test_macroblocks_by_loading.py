@@ -44,7 +44,10 @@ def pushed(wall, direction):
     height = np.ptp(np.vstack([block.polygon for block in wall.blocks if not block.fixed])[:, 1])
     stepping = SteppingSettings(final_displacement=height / 30)
     last, done = push_and_refine(
-        assemblage, analysis, chosen, lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping)
+        assemblage,
+        analysis,
+        chosen,
+        lambda bodies, suffices: push(assemblage, analysis, bodies, load, stepping=stepping, suffices=suffices),
     )
     return last, done.capacity.peak_base_shear / analysis.horizontal_load
 

@@ -104,5 +104,7 @@ def test_macroblocks_of_round_stones_are_refined_until_they_bear_what_the_stones
     assemblage = of_file("round_stones_between_leaves")
     analysis = analyse(assemblage)
     coarse = macroblocks_of(assemblage, analysis)
-    _, done = push_and_refine(assemblage, analysis, coarse, lambda bodies: push(assemblage, analysis, bodies))
+    _, done = push_and_refine(
+        assemblage, analysis, coarse, lambda bodies, suffices: push(assemblage, analysis, bodies, suffices=suffices)
+    )
     assert done.capacity.peak_multiplier == pytest.approx(analysis.headline.load_multiplier, rel=0.02)

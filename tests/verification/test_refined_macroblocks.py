@@ -16,15 +16,18 @@ from orchestrator import (
     analyse,
     find_joints,
     loads_on,
+    macroblocks_of,
     one_body,
     push,
     push_and_refine,
     read_run,
 )
 from orchestrator.app import driver
+from orchestrator.app.curve_end import NOT_ENOUGH
 from orchestrator.app.progress import IncrementDone, StageDone
 from orchestrator.macroblocks.refinement import HELD
 from orchestrator.masonry.patterns import Rubble, rubble
+from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA
 from tests.support.walls import between
@@ -46,11 +49,36 @@ def test_bodies_that_do_not_know_the_mechanism_of_the_stones():
         assemblage,
         analysis,
         one_body(assemblage),
-        lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping, mesh=MeshSettings(0.2)),
+        lambda bodies, suffices: push(
+            assemblage, analysis, bodies, load, stepping=stepping, mesh=MeshSettings(0.2), suffices=suffices
+        ),
     )
     assert 2 < partition.count < 24
     assert "1 bear 0.6" in partition.remarks[-1]
     assert done.capacity.peak_base_shear / analysis.horizontal_load == pytest.approx(0.3680, rel=0.02)
+
+
+def test_a_curve_whose_peak_does_not_suffice_ends_beyond_it_with_the_same_peak():
+    """And not before it: a curve that suffices has the same rows up to there."""
+    assemblage, load = find_joints(read_blocks(WALL), JointSettings()), LoadSettings("-x")
+    analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
+    asked = []
+
+    def refused(multiplier):
+        asked.append(multiplier)
+        return False
+
+    partition = macroblocks_of(assemblage, analysis)
+    whole = push(assemblage, analysis, partition, load, suffices=lambda multiplier: True)
+    left = push(assemblage, analysis, partition, load, suffices=refused)
+    rows = len(left.curve.step)
+    assert rows < len(whole.curve.step)
+    assert np.array_equal(left.curve.base_shear_N, whole.curve.base_shear_N[:rows])
+    assert left.capacity.peak_base_shear == whole.capacity.peak_base_shear
+    assert asked == [pytest.approx(left.capacity.peak_base_shear / analysis.horizontal_load, rel=1e-9)]
+    assert left.curve.base_shear_N[-1] < 0.95 * left.capacity.peak_base_shear < left.curve.base_shear_N[-2]
+    assert left.summary.valid
+    assert left.curve.stopped_because == NOT_ENOUGH
 
 
 @pytest.mark.usefixtures("without_pictures")

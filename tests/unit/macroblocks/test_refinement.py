@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from orchestrator.app.curve_end import NOT_ENOUGH
 from orchestrator.app.refining import push_and_refine
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import ELSEWHERE
-from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of
+from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of, stones_of
 from orchestrator.macroblocks.refinement import HELD, Borne, finer, is_enough, remarked
 from tests.support.walls import of_file
 
@@ -156,13 +157,13 @@ def test_bodies_agree_down_to_what_is_left_as_stones_give_way_at_edges(wall_1):
 def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_them(wall_1):
     assemblage, analysis = wall_1
 
-    def push(partition):
+    def push(partition, suffices):
         if partition.count > 2:
             raise CaseError("mesh.size", "needs more than there is", "choose larger elements")
         capacity = SimpleNamespace(peak_multiplier=1.0, peak_reached=True)
         return SimpleNamespace(
             capacity=capacity,
-            summary=SimpleNamespace(valid=True, displacements="large", held=False),
+            summary=SimpleNamespace(valid=True, displacements="large", held=False, stopped_because=""),
             of=partition.count,
         )
 
@@ -178,15 +179,15 @@ def test_finer_macroblocks_without_a_curve_leave_those_before_them(wall_1):
     assemblage, analysis = wall_1
     pushed = []
 
-    def push(partition):
+    def push(partition, suffices):
         pushed.append(partition.count)
         if partition.count > 2:
             raise ConvergenceError("macro FE", "no equilibrium under gravity")
-        summary = SimpleNamespace(valid=True, displacements="large", held=False)
+        summary = SimpleNamespace(valid=True, displacements="large", held=False, stopped_because="")
         return SimpleNamespace(capacity=SimpleNamespace(peak_multiplier=1.0, peak_reached=True), summary=summary)
 
     partition, _ = push_and_refine(assemblage, analysis, one_body(assemblage), push)
-    assert pushed[-2:] == [4, 2], "what the last pushover leaves in a folder is that of the macroblocks returned"
+    assert pushed == [1, 2, 4, 2], "what the last pushover leaves in a folder is that of the macroblocks returned"
     assert partition.count == 2
     assert any("4 macroblocks could not be pushed: " in remark for remark in partition.remarks)
     with pytest.raises(ConvergenceError):
@@ -217,3 +218,52 @@ def test_what_is_said(wall_1):
     assert said[-1].startswith("these macroblocks bear 6.0% more in finite elements than in limit analysis: compare")
     said = remarked(analysis, MARGIN, partition, bears(1.1, 1.06)(headline), 4).remarks
     assert said[-1] == "all stones bear 6.0% more in finite elements than in limit analysis"
+
+
+def pushes(assemblage, analysis, shares, ends=""):
+    """Push one body, two and so on that bear these shares of the headline; return their numbers, which of the shares
+    would have sufficed, and the partition pushed last; ends: what a curve that does not suffice says of its end."""
+    headline, pushed, sufficed = analysis.headline.load_multiplier, [], []
+
+    def push(partition, suffices):
+        share = shares[min(len(pushed), len(shares) - 1)]
+        pushed.append(partition.count)
+        sufficed.append(suffices(share * headline))
+        said = "" if sufficed[-1] else ends
+        summary = SimpleNamespace(valid=True, displacements="large", held=False, stopped_because=said)
+        return SimpleNamespace(
+            capacity=SimpleNamespace(peak_multiplier=share * headline, peak_reached=True), summary=summary
+        )
+
+    partition, _ = push_and_refine(assemblage, analysis, one_body(assemblage), push)
+    return pushed, sufficed, partition
+
+
+def test_a_peak_suffices_where_those_bodies_may_be_the_last(wall_1):
+    """As far as their curve is not needed beyond it: 1.3 and 1.1 times the headline are no agreement, 1.0 is."""
+    pushed, sufficed, _ = pushes(*wall_1, [1.3, 1.1, 1.0, 1.0])
+    assert (pushed, sufficed) == ([1, 2, 4], [False, False, True])
+
+
+def test_every_stone_suffices_whatever_it_bears(wall_1):
+    pushed, sufficed, partition = pushes(*wall_1, [1.3, 1.2], NOT_ENOUGH)
+    assert pushed[-1] == partition.count == stones_of(wall_1[0])
+    assert sufficed == [*[False] * (len(pushed) - 1), True]
+
+
+def test_macroblocks_left_beyond_their_peak_are_never_the_last(wall_1):
+    """Where finer ones have no curve these are pushed again, and nothing stops them."""
+    assemblage, analysis = wall_1
+    asked = []
+
+    def push(partition, suffices):
+        if partition.count > 1:
+            raise CaseError("mesh.size", "needs more than there is", "choose larger elements")
+        asked.append(suffices(1e3))
+        said = "" if asked[-1] else NOT_ENOUGH
+        summary = SimpleNamespace(valid=True, displacements="large", held=False, stopped_because=said)
+        return SimpleNamespace(capacity=SimpleNamespace(peak_multiplier=1e3, peak_reached=True), summary=summary)
+
+    _, done = push_and_refine(assemblage, analysis, one_body(assemblage), push)
+    assert asked == [False, True]
+    assert done.summary.stopped_because == ""

@@ -187,3 +187,34 @@ def test_a_small_pin_changes_no_elements_of_the_wall():
         assemblage = find_joints(Wall("pinned", tuple(blocks), 0.3, 0.6), JointSettings())
         sizes.append(MeshSettings().size_of(make_bodies(assemblage, one_body_per_block(assemblage))))
     assert sizes[1] == pytest.approx(sizes[0], rel=1e-3)
+
+
+def in_plane_edges(meshes):
+    """Return lengths and distances from the outline (of the nearer end) of the edges in the plane z = 0, in m."""
+    pairs = np.unique(
+        np.sort(meshes.tetrahedra[:, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]].reshape(-1, 2)), axis=0
+    )
+    ends = meshes.nodes[pairs[(meshes.nodes[pairs, 2] == 0.0).all(axis=1)]][:, :, :2]
+    outline = meshes.nodes[np.unique(meshes.side_triangles)][:, :2]
+    away = np.linalg.norm(ends[:, :, None] - outline, axis=3).min(axis=(1, 2))
+    return np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1), away
+
+
+def test_elements_grow_inside_of_a_large_body_and_not_along_its_outline():
+    assemblage = find_joints(running_bond(10, 14), JointSettings())
+    bodies = make_bodies(assemblage, one_body(assemblage))
+    size = MeshSettings().size_of(bodies)
+    grown, even = (mesh_bodies(bodies, MeshSettings(growth=growth), None) for growth in (0.7, 0.0))
+    check_bodies(bodies, grown)
+    assert np.array_equal(np.unique(grown.side_triangles).size, np.unique(even.side_triangles).size)
+    assert len(grown.nodes) < 0.5 * len(even.nodes)
+    length, away = in_plane_edges(grown)
+    assert length[away == 0.0].max() < 1.7 * size
+    assert length.max() > 4.0 * size
+    assert (length < 1.5 * (size + 0.7 * np.maximum(away, 0.0) + 0.2 * size)).all()
+    assert in_plane_edges(even)[0].max() < 1.5 * size
+
+
+def test_stones_of_two_elements_across_have_no_inside_to_grow_in(bond):
+    grown, even = (mesh_bodies(bond, MeshSettings(growth=growth), None) for growth in (0.7, 0.0))
+    assert np.array_equal(grown.nodes, even.nodes)
