@@ -220,8 +220,8 @@ def _grow(field: Any, outline: list[int], size: float, growth: float, graded: bo
     away, length = field.add("Distance"), field.add("MathEval")
     field.setNumbers(away, "CurvesList", outline)
     field.setNumber(away, "Sampling", SAMPLES)
-    beyond = f"(F{away} - {size!r} + Fabs(F{away} - {size!r})) / 2"  # 0 up to `size`
-    field.setString(length, "F", f"{size!r} + {growth!r} * {beyond}")
+    beyond = f"(F{away} - {size:.17g} + Fabs(F{away} - {size:.17g})) / 2"  # 0 up to `size`
+    field.setString(length, "F", f"{size:.17g} + {growth:.17g} * {beyond}")
     if graded:
         inside, extend, length = length, field.add("Extend"), field.add("Min")
         field.setNumbers(extend, "CurvesList", outline)
