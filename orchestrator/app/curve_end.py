@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orchestrator.assessment.capacity import has_fallen
+from orchestrator.assessment.capacity import FALLEN, has_fallen
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines
@@ -25,9 +25,7 @@ from orchestrator.storage.effort import with_energy_errors
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
-PASSED = 0.05
-"""part of its highest value that the base shear has lost where a peak is behind that does not suffice"""
-NOT_ENOUGH = f"base shear {PASSED:.0%} below its peak: finer macroblocks are to tell another"
+NOT_ENOUGH = "the peak is behind, and does not suffice: finer macroblocks are to tell another"
 """what a curve says that ended there"""
 
 Suffices = Callable[[float], bool]
@@ -35,8 +33,8 @@ Suffices = Callable[[float], bool]
 
 
 def is_past(increment: Increment) -> bool:
-    """Return whether the base shear has fallen by PASSED from its highest."""
-    falls = increment.base_shear < (1.0 - PASSED) * increment.largest_base_shear
+    """Return whether the base shear has fallen from its highest as far as tells a peak."""
+    falls = increment.base_shear <= (1.0 - FALLEN) * increment.largest_base_shear
     return falls and increment.phase != "gravity" and not increment.moving
 
 

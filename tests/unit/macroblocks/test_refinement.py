@@ -245,6 +245,12 @@ def test_a_peak_suffices_where_those_bodies_may_be_the_last(wall_1):
     assert (pushed, sufficed) == ([1, 2, 4], [False, False, True])
 
 
+def test_a_curve_that_falls_far_below_what_rigid_blocks_bear_goes_on(wall_1):
+    """What falls there are stones that come loose before the wall does; its own peak is still to come."""
+    _, sufficed, _ = pushes(*wall_1, [0.8, 0.95, 1.2, 1.0])
+    assert sufficed == [True, False, False, True]
+
+
 def test_every_stone_suffices_whatever_it_bears(wall_1):
     pushed, sufficed, partition = pushes(*wall_1, [1.3, 1.2], NOT_ENOUGH)
     assert pushed[-1] == partition.count == stones_of(wall_1[0])
