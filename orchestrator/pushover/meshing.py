@@ -302,7 +302,7 @@ def _content_hash(shape: CutOutline, thickness: float, size: float, settings: Me
     from importlib.metadata import version
 
     sizes = [thickness, size, settings.growth, settings.layers, settings.matching_faces]
-    content = [shape.rings, shape.cuts, *sizes, version("gmsh"), "grows inside"]
+    content = [shape.rings, shape.cuts, *sizes, version("gmsh"), "grows beyond its size"]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
