@@ -6,8 +6,8 @@ with `push_partition` a function of the partition and of which peaks suffice to 
 
     lambda bodies, suffices: push(assemblage, analysis, bodies, load, suffices=suffices)
 
-Where they do not, its curve need not go on beyond the peak. `push_segmented`
-does so for `run`, into its folder, and `left_off` finds the macroblocks at which a run was stopped.
+Where they do not, its curve need not go on beyond the peak. `push_segmented` does so for `run`, into its folder, and
+`left_off` finds the macroblocks at which a run was stopped.
 """
 
 from __future__ import annotations
@@ -91,9 +91,10 @@ def push_and_refine(
         partition, peak = next_one, done.capacity.peak_multiplier
         is_peak, in_large = done.capacity.peak_reached, done.summary.displacements == "large"
         borne.append(Borne(partition.count, peak, is_peak, done.summary.valid, in_large, done.summary.held))
-        is_whole = done.summary.stopped_because != NOT_ENOUGH
+        if done.summary.stopped_because != NOT_ENOUGH and is_enough(analysis, margin, borne, stones):
+            break
         following = finer(assemblage, analysis, partition)
-        if following is None or (is_whole and is_enough(analysis, margin, borne, stones)):
+        if following is None:
             break
         remember(borne)
         logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, following.count)

@@ -40,8 +40,8 @@ ITERATIONS = 500
 UNCERTAIN = 5.0
 """factor by which a time may be less or more"""
 GRADED = 3.0
-"""triangles over edges of an outline whose elements grow from its toes, and of one around elements that grow at once; 1
-/ growth more where they grow slowly (measured, 2.1 to 4.3 with 0.7, up to 5.7 with 0.3)"""
+"""triangles over edges of an outline whose elements grow from its toes (measured, about 3); inside of a large body there
+are 1 / growth more for each edge (2.1 to 4.3 with 0.7, up to 5.7 with 0.3)"""
 SECOND_ORDER = 6.0
 """unknowns of 10-node tetrahedra over those of 4-node ones"""
 WARNED = 0.5
@@ -97,11 +97,9 @@ def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> 
         least = [1.0 + len(ends.get((body.number, k), ())) for k in range(len(edges))]
         boundary = float(np.maximum(np.ceil(edges / size), least).sum())
         graded = any((body.number, k) in ends for k in range(len(edges)))
-        of_size, grown = (
-            body.area / (math.sqrt(3) / 4 * size**2),
-            (GRADED + 1.0 / max(settings.growth, 1e-9)) * boundary,
-        )
-        triangles = max(min(of_size, grown), (GRADED if graded else 1.0) * boundary - 2)
+        grown = (GRADED + 1.0 / settings.growth) * boundary if settings.growth else math.inf
+        even = body.area / (math.sqrt(3) / 4 * size**2)
+        triangles = max(min(even, grown), (GRADED if graded else 1.0) * boundary - 2)
         on_outline += boundary
         in_plane += max(boundary, 0.5 * (triangles + boundary) + 1)  # Euler: 2 vertices = triangles + boundary + 2
     levels = settings.layers + 1 if element_order == 2 else settings.layers // 2 + 1  # nodes in front are enough
