@@ -40,8 +40,8 @@ ITERATIONS = 500
 UNCERTAIN = 5.0
 """factor by which a time may be less or more"""
 GRADED = 3.0
-"""triangles over edges of an outline whose elements grow from its toes (measured, about 3); inside of a large body there
-are 1 / growth more for each edge (2.1 to 4.3 with 0.7, up to 5.7 with 0.3)"""
+"""triangles over edges of an outline whose elements grow from its toes (measured, about 3); inside of a large one are
+1 / growth more for each edge (2.1 to 4.3 with 0.7, up to 5.7 with 0.3)"""
 SECOND_ORDER = 6.0
 """unknowns of 10-node tetrahedra over those of 4-node ones"""
 WARNED = 0.5
