@@ -25,7 +25,7 @@ from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.wall import EXTREMES
 from orchestrator.pushover.prisms import extruded, extruded_lines
-from orchestrator.pushover.toes import GROWTH, OFFSET, element_ends
+from orchestrator.pushover.toes import GROWTH, OFFSET, columns_that_lean, element_ends
 
 logger = logging.getLogger(__name__)
 
@@ -100,11 +100,13 @@ class ShapeMesh:
 @dataclass(frozen=True, slots=True)
 class CutOutline:
     """rings: their vertices relative to the first vertex of the outline, rounded to 1e-9 m. cuts: where elements end
-    within an edge, as shares of it; for edges of no cuts, and where there are none, the size of elements decides.
+    within an edge, as shares of it; for edges of no cuts, and where there are none, the size of elements decides. even:
+    whether elements inside are as long as the nearest of the outline, in what leans and bends.
     """
 
     rings: tuple[tuple[tuple[float, float], ...], ...]
     cuts: tuple[tuple[float, ...], ...] = ()
+    even: bool = False
 
 
 @in_turn
@@ -114,7 +116,8 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     moving = bodies.bodies[: bodies.moving]
     size = settings.size_of(bodies)
     ends = element_ends(bodies, size, settings.toe_offset)
-    shapes = [_shape(body, ends) for body in moving]
+    leaning = columns_that_lean(bodies, size, settings.toe_offset)
+    shapes = [_shape(body, ends, body.number in leaning) for body in moving]
     known = _meshes(dict.fromkeys(shapes), bodies.thickness, size, settings, cache)
     meshes = [known[shape] for shape in shapes]
     first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
@@ -138,12 +141,13 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     )
 
 
-def _shape(body: Body, ends: dict[tuple[int, int], FloatArray]) -> CutOutline:
+def _shape(body: Body, ends: dict[tuple[int, int], FloatArray], leans: bool) -> CutOutline:
     rings = [np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes)]
     cuts = [np.round(ends.get((body.number, k), ()), 9) for k in range(sum(map(len, rings)))]
     return CutOutline(
         rings=tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings),
         cuts=tuple(tuple(map(float, of_edge)) for of_edge in cuts) if any(map(len, cuts)) else (),
+        even=leans and any(map(len, cuts)),
     )
 
 
@@ -190,7 +194,7 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
         geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
     geometry.synchronize()
     lines = [line for ring in rings for edge in ring for line in edge]
-    _grow(gmsh.model.mesh.field, lines, size, settings.growth, any(shape.cuts))
+    _grow(gmsh.model.mesh.field, lines, size, settings.growth, shape)
     gmsh.model.mesh.generate(2 if settings.matching_faces else 3)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, _, elements = gmsh.model.mesh.getElements(2 if settings.matching_faces else 3)
@@ -212,22 +216,23 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
     return ShapeMesh(nodes, tetrahedra, *_sides(tetrahedra, on_edge))
 
 
-def _grow(field: Any, outline: list[int], size: float, growth: float, graded: bool) -> None:
+def _grow(field: Any, outline: list[int], size: float, growth: float, shape: CutOutline) -> None:
     """Let elements inside be `size` long, from that distance of the outline on longer, by `growth` x what is beyond it.
 
-    graded: elements at toes are shorter, and grow over the distance from there.
+    Those at toes are shorter, and grow over the distance from there, unless the shape bends.
     """
     away, length = field.add("Distance"), field.add("MathEval")
     field.setNumbers(away, "CurvesList", outline)
     field.setNumber(away, "Sampling", SAMPLES)
     beyond = f"(F{away} - {size:.17g} + Fabs(F{away} - {size:.17g})) / 2"  # 0 up to `size`
     field.setString(length, "F", f"{size:.17g} + {growth:.17g} * {beyond}")
-    if graded:
-        inside, extend, length = length, field.add("Extend"), field.add("Min")
-        field.setNumbers(extend, "CurvesList", outline)
-        for name, value in (("DistMax", FAR * size), ("SizeMax", GROWTH * FAR * size), ("Power", 1.0)):
-            field.setNumber(extend, name, value)
-        field.setNumbers(length, "FieldsList", [inside, extend])
+    if shape.cuts:
+        inside, near, length = length, field.add("Extend"), field.add("Min")
+        field.setNumbers(near, "CurvesList", outline)
+        field.setNumber(near, "DistMax", FAR * size)
+        field.setNumber(near, "SizeMax", size if shape.even else size + GROWTH * FAR * size)
+        field.setNumber(near, "Power", 1.0)
+        field.setNumbers(length, "FieldsList", [inside, near])
     field.setAsBackgroundMesh(length)
 
 
@@ -302,7 +307,7 @@ def _content_hash(shape: CutOutline, thickness: float, size: float, settings: Me
     from importlib.metadata import version
 
     sizes = [thickness, size, settings.growth, settings.layers, settings.matching_faces]
-    content = [shape.rings, shape.cuts, *sizes, version("gmsh"), "grows beyond its size"]
+    content = [shape.rings, shape.cuts, shape.even, *sizes, version("gmsh"), "grows beyond its size"]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 

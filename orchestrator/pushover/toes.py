@@ -82,6 +82,14 @@ def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, 
     return places
 
 
+def columns_that_lean(bodies: Bodies, size: float, offset: float) -> set[int]:
+    """Return the bodies that lean on a toe and bend, and those that they stand on: their inside bends as well."""
+    if bodies.column is None:
+        return set()
+    toes = _toes(bodies, size, offset)
+    return set(toes.bodies[np.isfinite(toes.column)].ravel().tolist())
+
+
 def _toes(bodies: Bodies, size: float, offset: float) -> Toes:
     """Return the toes of joints whose elements have to be shorter than `size`."""
     toe = bodies.hinge if bodies.toe is None else np.maximum(bodies.toe, bodies.hinge)
