@@ -29,7 +29,7 @@ from orchestrator.basis.parallel import on_root
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, stones_of
-from orchestrator.macroblocks.refinement import Borne, finer, is_enough, least_multiplier, remarked
+from orchestrator.macroblocks.refinement import Borne, alike, finer, is_enough, off_limit_analysis, remarked
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import idle_ties
 from orchestrator.masonry.wall import Wall
@@ -43,9 +43,6 @@ if TYPE_CHECKING:
 
 MODELS: tuple[ModelName, ...] = ("macro", "micro")
 """in the order in which a run pushes both"""
-
-NEAR = 0.1
-"""part of what rigid blocks bear below which a base shear that falls is that of stones that come loose first"""
 
 BORNE = "borne.json"
 """file in a model's folder: what its macroblocks bore, the coarsest first"""
@@ -72,11 +69,8 @@ def push_and_refine(
     said, borne, stones = partition.remarks, [*earlier], stones_of(assemblage)
 
     def suffices(multiplier: float) -> bool:
-        """Whether those that are pushed now may be the last, if their curve passes its checks, or may bear more yet."""
-        borne_now = [Borne(next_one.count, multiplier, True, True, in_large) for in_large in (True, False)]
-        enough = [is_enough(analysis, margin, [*borne, one], stones) for one in borne_now]
-        is_local = multiplier < (1.0 - NEAR) * least_multiplier(analysis, True)
-        return is_local or next_one.count == stones or any(enough)
+        """Whether those that are pushed now may be the last: not if they bear more than rigid blocks do."""
+        return next_one.count == stones or off_limit_analysis(analysis, multiplier) <= alike(margin)
 
     next_one = partition
     while True:
