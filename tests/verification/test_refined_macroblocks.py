@@ -114,17 +114,17 @@ def test_a_run_has_the_bodies_that_bear_what_the_stones_bear_and_can_be_resumed(
     def report(event):
         if isinstance(event, IncrementDone) and event.increment.number == 1:
             began.append(event)
-        if isinstance(event, IncrementDone) and len(began) == 2 and event.increment.number == 40:
+        if isinstance(event, IncrementDone) and len(began) == 2 and event.increment.number == 25:
             raise Killed
 
     with pytest.raises(Killed):
         driver.run(case, tmp_path, False, None, report)
-    assert len([*(tmp_path / "macro" / "states").glob("*.h5")]) == 40
+    assert len([*(tmp_path / "macro" / "states").glob("*.h5")]) == 25
     after = []
     outcome = driver.run(
         case, tmp_path, True, None, lambda event: after.append(event) if isinstance(event, IncrementDone) else None
     )
-    assert after[0].increment.number == 41, "the second pushover goes on"
+    assert after[0].increment.number == 26, "the second pushover goes on"
     (pushover,) = outcome.summary.pushover
     assert pushover.peak_multiplier == pytest.approx(MICRO_FE, rel=0.02)
     assert not outcome.complaints
