@@ -85,5 +85,5 @@ def test_columns_side_by_side_lean_near_what_one_bears_before_they_hold_each_oth
     found = push(assemblage, analysis, one_body_per_block(assemblage), load).summary
     alone = base / (courses * height)
     assert 0.95 * alone < found.snap.load_multiplier < 1.1 * alone
-    assert found.snap.share > 0.7, "0.74; 0.8 where elements inside are all as long as on the outline"
+    assert found.snap.share == pytest.approx(0.77, rel=0.06), "0.76 and 0.78 with elements of 40 mm"
     assert 1.04 * found.snap.load_multiplier < found.peak_multiplier < analysis.associative.load_multiplier
