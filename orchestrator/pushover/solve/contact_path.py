@@ -25,6 +25,7 @@ Every plane crossed changes J by one rank, so that all pieces have the factors o
 
 What is followed are the phi, for which the rates grad phi . Y are enough; x is found at the end, from the sum of the U.
 Several solutions together take little longer than one: those of the planes that are next on the way are made too.
+Where J is regular a path comes to every piece once: a piece met again is rounding's, and the path leads nowhere.
 
 D. Ralph, Mathematics of Operations Research 19 (1994) 352-389; S. P. Dirkse, M. C. Ferris, Optimization Methods and
 Software 5 (1995) 123-156.
@@ -47,11 +48,10 @@ FARTHEST_BACK = -1.0
 LONGEST_BACK = 0.2
 """planes crossed on the way back, over the contacts, after which a path goes nowhere (of 2,764 paths of five pushovers
 that ended at a solution 11 crossed more)"""
-AT_ONCE = 4
-"""solutions for planes that are made together. By MUMPS, 15,000 unknowns: 3.5 ms a solution alone, 1.2 of four
-together, 0.9 of eight, 0.8 of sixteen and of more; without pivoting what is around them is shared (every stone of
-benchmark 1 takes 0.87 of the time). Of those made for what comes next nine in ten are used with four at a time, a third
-with sixteen"""
+AT_ONCE = 16
+"""solutions for planes that are made together, of planes before the end of the path only. By MUMPS, 25,500 unknowns:
+10.9 ms a solution alone, 4.2 of four together, 1.9 of sixteen, 1.6 of thirty-two and of more; a tenth of those made for
+what comes next is not used (a third with sixteen wherever they lie)"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -138,6 +138,8 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
     crossed, part = np.zeros(0, np.int64), np.zeros(0)  # every plane ever crossed, and the sum of amounts of its U
     rates, between = np.zeros((0, len(phi))), np.zeros((0, 0))  # of solutions of crossed planes: all, of crossed planes
     direction, last, back = 1.0, -1, 0
+    names = np.random.default_rng(0).integers(2**63, size=len(phi))
+    piece, pieces = 0, {0}  # of changed planes, the names together: here, and wherever the path has been
     for _ in range(len(phi)):
         changed = np.flatnonzero(beyond[crossed] != kinks.beyond[crossed])
         weights = np.where(beyond, 1.0, -1.0)[crossed[changed]] * kinks.weight[crossed[changed]]
@@ -160,6 +162,7 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
         length = 1.0 - share if ends else length
         if share + direction * length < FARTHEST_BACK or not np.isfinite(length):
             break
+        left = 1.0 - share if direction > 0.0 else share - FARTHEST_BACK
         share += direction * length
         of_solution += direction * length
         part -= direction * length * away
@@ -169,10 +172,14 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
         phi += direction * length * ahead
         beyond[plane] = ~beyond[plane]
         last = plane
+        piece ^= int(names[plane])
+        if piece in pieces:
+            break
+        pieces.add(piece)
         if plane not in crossed:
             if plane not in known:
                 far[list(known)] = np.inf
-                planes = _next(far, plane)
+                planes = _next(np.where(far < left, far, np.inf), plane)
                 solutions = system.solve_again(kinks.load(planes, np.eye(len(planes))))
                 known |= zip(planes.tolist(), kinks.rates(solutions), strict=True)
             count = len(crossed)
