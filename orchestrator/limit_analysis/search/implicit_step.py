@@ -38,11 +38,8 @@ PRODUCT = 1e-8
 """Largest product of force and gap (times stiffness) at its end: the square of JOINT_SMOOTHING."""
 INTERIOR_PRODUCT = 1e-3
 """Product of force and gap (times stiffness) that it begins with, over the displacement expected."""
-STALLED = 0.1
-"""Part of an interior-point step below which it gets nowhere,"""
-STALLS = 4
-"""and how often in a row it may: joints that do not dilate may have no solution near, or one to which no path of falling
-products leads."""
+SHORTEST = 1e-4
+"""Part of an interior-point step below which it gets nowhere."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -191,7 +188,7 @@ def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: flo
 def interior_step(wall: ElasticWall, before: Position, task: Task, expected: float) -> Step:
     """Solve one step by the interior-point method; expected: largest change of displacements."""
     k = wall.stiffness
-    at, stalls = _first_inside(wall, before, task, expected), 0
+    at = _first_inside(wall, before, task, expected)
     for spent in range(INTERIOR_STEPS + 1):
         rates = wall.rates(before.displacements + at.moved)
         unbalanced = missing(wall, before, task, at.forces, at.moved, at.multiplier)
@@ -221,8 +218,7 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
         if part < 0.1:
             along = system.direction(0.5 * mean - products)
             part = at.part_to_bound(along, 0.98)
-        stalls = stalls + 1 if part < STALLED else 0
-        if stalls == STALLS:
+        if part < SHORTEST:
             break
         at = at.advanced(along, part)
     return Step(before, task.multiplier, spent + 1, False, spent)
