@@ -1,11 +1,13 @@
 """The path of the piecewise linear problem: where it ends is its solution."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 
+from orchestrator.pushover.solve import contact_path
 from orchestrator.pushover.solve.contact_path import Kinks, followed
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import newton_coefficients
@@ -36,3 +38,27 @@ def test_the_end_of_the_path_solves_the_piecewise_linear_problem(mean_displaceme
     assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(now)
     whole = now + product(model, Matrices.of(model), contact, problem.time_step, solution)
     assert np.linalg.norm(whole) < 1e-6 * np.linalg.norm(now), "and Newton's step that of the first piece only"
+
+
+def test_a_path_that_comes_back_to_its_first_piece_leads_nowhere(monkeypatch):
+    """F = (x + 2, |x| + |y| - 1) is (1 - s) F_0 on the sides of a square, and nowhere 0: x + 2 is 1 there at least."""
+    jacobian, sides = np.array([[1.0, 0.0], [1.0, 1.0]]), []
+
+    def load(planes, amounts):
+        return np.stack([np.zeros(amounts.shape[1:]), amounts.sum(axis=0)], axis=-1)
+
+    def rates(change):
+        return np.concatenate([change, np.zeros((*change.shape[:-1], 98))], axis=-1)
+
+    far_off = np.full(98, 1.0)
+    kinks = SimpleNamespace(
+        phi=np.array([0.5, 0.5, *far_off]), beyond=np.ones(100, bool), weight=np.full(100, 2.0), rates=rates, load=load
+    )
+    system = SimpleNamespace(solve_again=lambda rights: np.linalg.solve(jacobian, rights.T).T)
+    how_far = contact_path._how_far
+    monkeypatch.setattr(contact_path, "_how_far", lambda *of: sides.append(of) or how_far(*of))
+    solution = np.linalg.solve(jacobian, -np.array([2.5, 0.0]))
+    change, ends = followed(SimpleNamespace(contacts=range(1000)), system, kinks, solution)
+    assert not ends
+    assert np.array_equal(change, solution)
+    assert len(sides) == 4
