@@ -13,7 +13,7 @@ factorisations whatever changes. Source: Mehrotra 1992 (predictor, corrector).
 Tried, and not used: paths from kink to kink, as of finite elements, without smoothing and in the place of both methods
 (benchmark 1: 661 factorisations for 2,413, but 46 kinks a step of a millisecond or more each: 3 times as long), or of
 the second one (2.5 times); leaving the second after four steps in a row shorter than 0.1 (of benchmark 2 two thirds of
-the time, of 78 walls all of it, and some other answers).
+the time, of 78 pushovers all of it, and some other answers). Figures of throw-away scripts.
 """
 
 from __future__ import annotations

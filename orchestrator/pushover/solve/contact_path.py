@@ -26,7 +26,8 @@ Every plane crossed changes J by one rank, so that all pieces have the factors o
 What is followed are the phi, for which the rates grad phi . Y are enough; x is found at the end, from the sum of the U.
 Several solutions together take little longer than one: those of the planes that are next on the way are made too.
 Where J is regular a path comes to every piece once, unless it is a ring that comes back to its first: one that meets a
-piece again, by rounding too, leads nowhere (every stone of 531: 80,000 planes crossed in place of 120,000).
+piece again, by rounding too, leads nowhere (every stone of 531: 80,000 planes crossed in place of 120,000; a throw-away
+script).
 
 D. Ralph, Mathematics of Operations Research 19 (1994) 352-389; S. P. Dirkse, M. C. Ferris, Optimization Methods and
 Software 5 (1995) 123-156.
