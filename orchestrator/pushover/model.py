@@ -294,7 +294,7 @@ def displaced(
         support_side=support_side(tracked.contacts, model.bodies),
         rigid=_padded(_rigid_displacement(model.front, frames), len(displacement)),
         gap_offset=tracked.gap - normal_rows @ displacement,
-        overlap=np.zeros(len(tracked.rows)),
+        overlap=-tracked.onto,
         rows=tracked.rows,
         heirs=tracked.heirs,
         ties=model.ties and model.ties.displaced(displacement),

@@ -47,8 +47,8 @@ def cyclopean(direction: int) -> Wall:
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_stones_that_slide_past_their_neighbours_corners_do_not_overlap(direction):
-    """Corners of two pairs of stones went 9 and 13 mm into each other while they had no contact; they have one from a
-    depth of ONTO on, and go up to a seventh deeper in the increment before it.
+    """Corners of two pairs of stones went 9 and 13 mm into each other while they had no contact; they bear from a depth
+    of ONTO on, and go no deeper than stones give, however long the increment in which they come to it.
 
     Elements from 0.1 to 0.2 m bear 0.1969 to 0.1982."""
     assemblage = find_joints(cyclopean(direction), JointSettings())
@@ -56,7 +56,7 @@ def test_stones_that_slide_past_their_neighbours_corners_do_not_overlap(directio
     analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     done = push(assemblage, analysis, one_body_per_block(assemblage), load)
     assert not done.complaints
-    assert done.summary.max_penetration_over_size < 1.2 * ONTO
+    assert done.summary.max_penetration_over_size < 1.02 * ONTO
     assert done.capacity.peak_reached
     assert done.capacity.peak_multiplier == pytest.approx(0.1975, rel=5e-3), "from either side"
 

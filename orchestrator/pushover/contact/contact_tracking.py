@@ -90,12 +90,14 @@ class Tracking:
 class Tracked:
     """The contacts that exist in a displaced wall: rows (c,) of the possible ones, and their gaps (c,) in m.
 
-    heirs (h, 2): rows of contacts that give way, and of those near them that take over what they carried.
+    onto (c,) in m: how deep the points of new ones lie when they begin to bear. heirs (h, 2): rows of contacts that give
+    way, and of those near them that take over what they carried.
     """
 
     rows: IntArray
     contacts: Contacts
     gap: FloatArray
+    onto: FloatArray
     heirs: IntArray
 
 
@@ -122,8 +124,8 @@ def track(
         known = np.arange(len(tracking.pair)) < tracking.touching
     points = _points(tracking, of, frames, moved)
     near = _is_near(tracking, points, known, closed) & _overlaps(tracking, frames, known)
-    near &= _is_out(tracking, frames, points, known)
-    rows = np.flatnonzero(near & ~gone)
+    is_out, onto = _ways_out(tracking, frames, points, known)
+    rows = np.flatnonzero(near & is_out & ~gone)
     size = tracking.size_of_pair[tracking.pair[rows]]
     master_nodes, weights = _project(tracking, points.home[rows], rows, COVER * size)
     contacts = _turned(tracking.possible.chosen(rows), frames, points.point[rows], master_nodes, weights)
@@ -133,7 +135,7 @@ def track(
     off = points.inside[rows] < -END * size
     rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], off)))
     stays, heirs = deepest(rank, off, *at_one_place(_placed(tracking, rows, contacts.point)))
-    return Tracked(rows[stays], contacts.chosen(stays), gap[stays], rows[heirs])
+    return Tracked(rows[stays], contacts.chosen(stays), gap[stays], onto[rows[stays]], rows[heirs])
 
 
 def _placed(tracking: Tracking, rows: IntArray, point: FloatArray) -> PlacedContacts:
@@ -208,8 +210,11 @@ def _overlaps(tracking: Tracking, frames: Frames, known: npt.NDArray[np.bool_]) 
     return (_overlap(tracking, frames) > least)[tracking.pair] | (tracking.corner == ANGLED)
 
 
-def _is_out(tracking: Tracking, frames: Frames, points: _Points, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return which contacts (c,) are the way out of the master, those of corners at an angle from ONTO on."""
+def _ways_out(
+    tracking: Tracking, frames: Frames, points: _Points, known: npt.NDArray[np.bool_]
+) -> tuple[npt.NDArray[np.bool_], FloatArray]:
+    """Return which contacts (c,) are the way out of the master, those of corners at an angle from ONTO on, and how deep
+    (c,) in m such a corner lies when it bears."""
     of_pair = np.ones(len(tracking.slave_of_pair), bool)
     of_pair[: len(tracking.face_pairs)] = tracking.face_pairs.are_out(tracking.faces, frames)
     out, (rows, pair) = of_pair[tracking.pair], _at_an_angle(tracking)
@@ -218,7 +223,9 @@ def _is_out(tracking: Tracking, frames: Frames, points: _Points, known: npt.NDAr
     from_in_front = (height > -END * size) & tracking.corner_pairs.at_once[pair]
     comes = np.where(from_in_front, points.free[rows], -height) > ONTO * size
     out[rows] = (height >= rival) & (known[rows] | comes)
-    return out
+    onto = np.zeros(len(out))
+    onto[rows] = np.where(from_in_front, 0.0, ONTO * size)
+    return out, onto
 
 
 def _turned(

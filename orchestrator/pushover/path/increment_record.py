@@ -150,8 +150,9 @@ def without_jumps(model: ContactModel, state: Increment) -> ContactModel:
     """Return the model with contacts that have come since `state` closed where they overlap already.
 
     A corner may have sunk in a little before its contact exists, by the deformation of the faces (micrometres): as a
-    gap to be closed at once that would be a blow of many times the weight. A contact that takes over the force of
-    another one starts closed in any case.
+    gap to be closed at once that would be a blow of many times the weight. One that bears only once it is deep enough
+    closes at that depth, however long the increment is. A contact that takes over the force of another one starts
+    closed in any case.
     """
     if model.tracking is None:
         return model
@@ -161,7 +162,7 @@ def without_jumps(model: ContactModel, state: Increment) -> ContactModel:
         gap = gap + here.closed_by(model.on_its_contacts(state.normal_force))
     takes_over = model.on_its_contacts(state.normal_force) > 0.0
     come = np.isnan(state.gap[model.rows])
-    overlap = np.where(come, np.where(takes_over, gap, np.minimum(gap, 0.0)), state.overlap[model.rows])
+    overlap = np.where(come, np.where(takes_over, gap, np.minimum(gap, model.overlap)), state.overlap[model.rows])
     return replace(model, gap_offset=model.gap_offset - overlap, overlap=overlap)
 
 

@@ -193,6 +193,7 @@ class IncrementSolver:
             turned_before, allowed = turned, TURN
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
+            known = known | (scattered(np.zeros(len(known)), model.rows, iterate.normal_force) > 0.0)
         own = spent - sum(attempt.iterations for attempt in attempts)
         time = aim.value if aim.phase == "gravity" else state.time + time_step
         found = increment_of(model, state, here, replace(iterate, number=own), aim.phase, time, bound)
