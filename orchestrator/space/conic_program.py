@@ -21,7 +21,7 @@ import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.limit_analysis.paper.linear_program import is_optimum, solver_settings
+from orchestrator.limit_analysis.paper.linear_program import is_optimum, not_solved, solver_settings
 from orchestrator.space.equilibrium import SpaceEquilibrium
 
 TOLERANCE = 1e-9
@@ -221,4 +221,4 @@ def _solved(
             return solution
         if solution.status == clarabel.SolverStatus.MaxTime:
             break
-    raise ConvergenceError(stage, f"cone program ended as {solution.status} after {solution.iterations} iterations")
+    raise ConvergenceError(stage, not_solved("cone", solution.iterations))

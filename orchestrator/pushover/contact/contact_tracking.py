@@ -90,8 +90,8 @@ class Tracking:
 class Tracked:
     """The contacts that exist in a displaced wall: rows (c,) of the possible ones, and their gaps (c,) in m.
 
-    onto (c,) in m: how deep the points of new ones lie when they begin to bear. heirs (h, 2): rows of contacts that give
-    way, and of those near them that take over what they carried.
+    onto (c,) in m: how deep the points of new ones lie when they begin to bear. heirs (h, 2): rows of contacts that
+    give way, and of those near them that take over what they carried.
     """
 
     rows: IntArray

@@ -51,8 +51,7 @@ ON_PAGES = [
     "given up for the number of blocks: between that rest and 0.4497 nothing is known",
     "the paper's sequence left out for so many blocks, more than 500",
     "the paper's sequence found no state: what it settled on would have to be held, at λ = -0.008165",
-    "the paper's sequence found no state: sequence of Eq. (2): linear program ended as PrimalInfeasible after 12 "
-    "iterations",
+    "the paper's sequence found no state: sequence of Eq. (2): linear program not solved in 12 iterations",
     "geometry decides: rigid blocks in large displacements bear 0.2776, in small ones 0.3200",
     "in large displacements rigid blocks bear at most 0.3100",
     "in large displacements rigid blocks bear at least 0.3100",
