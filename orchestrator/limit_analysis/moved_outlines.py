@@ -1,9 +1,9 @@
 """Do blocks go into each other in a mechanism? Checked from outlines and velocities alone: joints are not asked.
 
-Limit analysis knows the contacts that are joints, edges that two blocks share. Blocks that meet in a point only have
-none, and nothing in its programs holds them apart there. Here the outlines are displaced by the mechanism, so little
-that what joints allow overlaps by a second-order length alone: with a for the largest displacement and h for the size
-of a block, a^2 / h.
+Limit analysis knows the contacts that are joints, edges that two blocks share. Blocks that meet in a point only, or
+beyond the end of their joint, have none there, and nothing in its programs holds them apart. Here the outlines are
+displaced by the mechanism, so little that what joints allow overlaps by a second-order length alone: with a for the
+largest displacement and h for the size of a block, a^2 / h.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def blocks_in_each_other(assemblage: Assemblage, state: LimitState, without: Col
     more = int(np.count_nonzero(beyond)) - 1
     alike = f" (one of {more + 1} such pairs)" if more else ""
     return (
-        f"in the mechanism blocks {one} and {other} go into each other at ({x:.4g}, {y:.4g}) m{alike}: they meet there "
-        "in a point, which is no joint, and the multiplier may be too low",
+        f"in the mechanism blocks {one} and {other} go into each other at ({x:.4g}, {y:.4g}) m{alike}: no joint keeps "
+        "them apart there, and the multiplier may be too low",
     )
 
 

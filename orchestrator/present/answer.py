@@ -46,14 +46,21 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
             least = "" if analysis.rigid_peak is not None else "at least "
             rest = f"Geometry decides: in large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
             of_what = " in small displacements"
-        return f"{rest}{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
+        elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
+        return f"{rest}{elsewhere}{_lower_when_moved(analysis, _lowest(analysis))}"
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
-    low, high = analysis.non_associative_range or (multiplier, multiplier)
-    low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
+    low, high = _lowest(analysis), (analysis.non_associative_range or (multiplier, multiplier))[1]
     left = " of what is left" * bool(analysis.local_failures)
     moved = _lower_when_moved(analysis, low)
     return f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=not moved)}{moved}"
+
+
+def _lowest(analysis: LimitAnalysis) -> float:
+    """Return the lowest multiplier of what counts and of the states found beside it."""
+    states = (analysis.headline, *([analysis.lowest] if analysis.lowest else []))
+    low = min(state.load_multiplier for state in states)
+    return min(low, *(analysis.non_associative_range or (low, low)))
 
 
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
@@ -126,7 +133,7 @@ def _bounds(bound: float, holds: bool, of_what: str) -> str:
     """Return that the associative multiplier is an upper bound, or why it is none; of_what as of `_why`."""
     if holds:
         return f"the associative {_limit(bound)} is an upper bound{of_what}."
-    return f"the associative {_limit(bound)} is no upper bound, as stones bear in points that are no joint."
+    return f"the associative {_limit(bound)} is no upper bound, as stones bear where there is no joint."
 
 
 def _found_elsewhere(analysis: LimitAnalysis) -> str:
@@ -228,14 +235,15 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
 
 
 def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
-    """Return between which multipliers limit analysis found states, where a peak lies far off the one that counts but
-    among them: that finite elements are elastic does not explain it."""
+    """Return between which multipliers limit analysis found states, where a peak lies among them but above the lowest,
+    or far off the one that counts: that finite elements are elastic does not explain it."""
     low, high = limit.non_associative_range or (inf, -inf)
     among = (1.0 - FAR_BEYOND) * low <= pushed.peak_multiplier <= (1.0 + FAR_BEYOND) * high
-    if not among or abs(pushed.peak_multiplier - limit.multiplier) <= FAR_BEYOND * limit.multiplier:
+    far_off = abs(pushed.peak_multiplier - limit.multiplier) > FAR_BEYOND * limit.multiplier
+    if not among or not (far_off or low < (1.0 - SAME_ANSWER) * pushed.peak_multiplier):
         return ""
     leaves = "friction or displacements leave" if limit.kind == "peak in large displacements" else "friction leaves"
-    return f"; {leaves} open which state is met, from λ = {_limit(low)} to {_limit(high)} were found"
+    return f"; {leaves} open which state is met: from λ = {_limit(low)}, on the safe side, to {_limit(high)} were found"
 
 
 def _in_both(small: float, large: float, peak: float) -> str:

@@ -111,7 +111,7 @@ def test_the_terminal_tells_it(tmp_path, capsys):
     assert cli.main(["limit", str(path), "--output", str(tmp_path / "run")]) == 0
     printed = capsys.readouterr().out.replace("\n", " ")
     assert "blocks 7 and 9 go into each other" in printed
-    assert "is no upper bound, as stones bear in points that are no joint." in printed
+    assert "is no upper bound, as stones bear where there is no joint." in printed
     assert "upper bound, and no lower one" not in printed
 
 

@@ -68,7 +68,7 @@ def test_less_borne_in_large_displacements_is_the_safe_side(slender, lowest):
 def test_what_lies_in_points_without_joints_leaves_no_bound(slender):
     """Not even where the state that counts reaches the associative multiplier."""
     said = answer_of_limit(replace(slender, is_bound=False))
-    assert said.endswith("the associative 0.50000 is no upper bound, as stones bear in points that are no joint.")
+    assert said.endswith("the associative 0.50000 is no upper bound, as stones bear where there is no joint.")
 
 
 def test_the_bound_alone_counts_as_no_more_than_that(slender):
@@ -91,6 +91,9 @@ def test_beside_a_last_rest_states_found_otherwise_are_told_apart(slender):
     found = replace(slender, path=rest, lowest=replace(slender.path, load_multiplier=0.52), highest=0.55)
     assert "limit states found without loading have 0.52000 to 0.55000; the associative" in answer_of_limit(found)
     assert "such states" not in answer_of_limit(found)
+    assert "On the safe side" not in answer_of_limit(found)
+    pressed = answer_of_limit(replace(found, pressed_peak=0.48))
+    assert " On the safe side is λ = 0.48000, about what is left in large displacements" in pressed
 
 
 def entry(model, peak, *, valid=True, reached=True):
@@ -242,11 +245,14 @@ def test_a_peak_far_off_but_among_states_that_limit_analysis_found_is_told_as_an
     limit = LimitSummary(0.40867, 0.27081, (0.27081, 0.40597), 1, True, 1e-12, 13e3, 1.0)
     found = replace(summary_of(entry("micro", 40.62e3)), limit_analysis=limit)
     takes = "limit analysis (-33.3%) takes the stones as rigid and displacements as small"
-    states = "friction leaves open which state is met, from λ = 0.27081 to 0.40597 were found"
+    states = "friction leaves open which state is met: from λ = 0.27081, on the safe side, to 0.40597 were found"
     assert answer_of_run(found).endswith(f"; {takes}; {states}.")
     alike = replace(summary_of(entry("micro", 27.1e3)), limit_analysis=limit)
     assert "friction leaves open" not in answer_of_run(alike)
     rocking = replace(limit, converged=False, large_displacements=0.27081)
+    lower = replace(limit, non_associative_range=(0.2408, 0.28))
+    below = "friction leaves open which state is met: from λ = 0.24080, on the safe side, to 0.28000 were found"
+    assert answer_of_run(replace(alike, limit_analysis=lower)).endswith(f"; {below}.")
     by_both = states.replace("friction leaves", "friction or displacements leave")
     assert answer_of_run(replace(found, limit_analysis=rocking)).endswith(f"; {by_both}.")
 

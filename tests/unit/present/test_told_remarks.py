@@ -60,10 +60,10 @@ ON_PAGES = [
     "rigid blocks on springs lose 14 % as they move; stones that give way at edges and bend may lose more: finite "
     "elements tell (`run`)",
     "in large displacements no rest under a live load was found, with an elastic modulus of 0.35 GPa",
-    "in the mechanism blocks 10 and 14 go into each other at (1.348, 2.646) m: they meet there in a point, which is no "
-    "joint, and the multiplier may be too low",
-    "in the mechanism blocks 50 and 63 go into each other at (1.943, 1.919) m (one of 2 such pairs): they meet there "
-    "in a point, which is no joint, and the multiplier may be too low",
+    "in the mechanism blocks 10 and 14 go into each other at (1.348, 2.646) m: no joint keeps them apart there, and "
+    "the multiplier may be too low",
+    "in the mechanism blocks 50 and 63 go into each other at (1.943, 1.919) m (one of 2 such pairs): no joint keeps "
+    "them apart there, and the multiplier may be too low",
     # macroblocks
     EVERY_STONE,
     NO_FEWER,
