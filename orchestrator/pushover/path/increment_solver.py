@@ -30,10 +30,10 @@ are inclined by theta, in this increment only. Once it is solved again already f
 balance on: a wall under the load at which it turns rests anywhere on one geometry. (With 5e-4 each time, loose stones
 at the limit of friction that turn one way on the geometry of the other made walls creep: 4,950 and more than 14,442
 iterations in place of 2,429 and 6,341.)"""
-ASTRAY = 0.1
-"""a solution in which a body has turned by more than this (rad) from the geometry that it was found on is no state near:
-its contacts close to 0.5 % of its size (loose stones that fall under a held load turned by 1.1 rad, and by 1.6 on the
-geometry of that, an eighth of the time of 230 stones)"""
+TURNED_OVER = 0.1
+"""a solution in which a body has turned by more than this (rad) from the geometry that it was found on is no state
+near: its contacts close to 0.5 % of its size (loose stones that fall under a held load turned by 1.1 rad, and by 1.6 on
+the geometry of that, an eighth of the time of 230 stones)"""
 WEAK = 0.1
 """live load that limit analysis expects, over the weight of the wall, below which drag and balance of bodies are shares
 of ten times that load: weight says nothing of what a slender wall bears"""
@@ -192,7 +192,7 @@ class IncrementSolver:
             turned = largest_turn(self.model, predicted, iterate.displacement)
             if turned < allowed:
                 break
-            if turned >= min(turned_before, ASTRAY):  # passes that come no nearer swing between two states
+            if turned >= min(turned_before, TURNED_OVER):  # passes that come no nearer swing between two states
                 raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
             turned_before, allowed = turned, TURN
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
