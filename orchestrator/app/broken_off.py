@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.basis.printed import as_lambda
+from orchestrator.basis.printed import as_lambda, as_place
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings
 
@@ -57,7 +57,7 @@ def _fastest(contact_model: ContactModel, last: Increment) -> str:
     meshes = contact_model.meshes
     body = int(meshes.body_of_node[np.linalg.norm(last.change, axis=1).argmax()])
     x, y = meshes.nodes[meshes.body_of_node == body, :2].mean(axis=0)
-    return f"{contact_model.body_names[body]} at ({x:.4g}, {y:.4g}) m"
+    return f"{contact_model.body_names[body]} at {as_place(x, y)} m"
 
 
 def _remedies(model: str, settings: SolverSettings) -> str:

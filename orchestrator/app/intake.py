@@ -12,7 +12,7 @@ from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.atomic_files import together
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
-from orchestrator.basis.printed import few
+from orchestrator.basis.printed import as_place, few
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
 from orchestrator.macroblocks.bodies import glued
@@ -177,7 +177,7 @@ def _hanging(wall: Wall, falling: IntArray) -> str:
     ids = [wall.blocks[k].id for k in falling]
     x, y = wall.blocks[falling[0]].polygon.mean(axis=0)
     return (
-        f"WARNING: {_stones(ids)} would fall out of dry joints, block {ids[0]} at ({x:.4g}, {y:.4g}) m first: "
+        f"WARNING: {_stones(ids)} would fall out of dry joints, block {ids[0]} at {as_place(x, y)} m first: "
         f"{_listed(ids)}; --loose drop leaves them out, --loose glue unites them with a neighbour"
     )
 

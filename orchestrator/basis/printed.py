@@ -46,6 +46,15 @@ def as_lambda(value: float) -> str:
     return printed("multiplier", value)
 
 
+def as_place(x: float, y: float) -> str:
+    """Return a place (m) in four digits, or to the millimetre where coordinates are large, as those of a survey."""
+
+    def of(value: float) -> str:
+        return f"{value:.4g}" if abs(value) < 10.0 else f"{value:.3f}".rstrip("0").rstrip(".")
+
+    return f"({of(x)}, {of(y)})"
+
+
 def counted(number: int, name: str) -> str:
     """Return how many there are of what `name` is one of, as in "1 joint"."""
     return f"{number} {name}" if number == 1 else f"{number} {name}s"

@@ -15,7 +15,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
-from orchestrator.basis.printed import as_lambda
+from orchestrator.basis.printed import as_lambda, counted
 from orchestrator.limit_analysis.gravity import (
     GRAVITY_TOLERANCE,
     associative_optimum,
@@ -93,7 +93,7 @@ def analyse(
     view = standard_view(assemblage, loads)
     problem = problem_of(view.assemblage, view.loads, elastic_modulus)
     blocks, joints = len(problem.equilibrium.free_blocks), assemblage.joints.count
-    logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
+    logger.info("%s, %s: does it stand, and Eq. (1)", counted(blocks, "block"), counted(joints, "joint"))
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
     known = non_associative_of(problem, view.loads, optimum, settings)

@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.printed import as_place
 from orchestrator.geometry.penetration import penetrations
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState
@@ -56,7 +57,7 @@ def blocks_in_each_other(assemblage: Assemblage, state: LimitState, without: Col
     more = int(np.count_nonzero(beyond)) - 1
     alike = f" (one of {more + 1} such pairs)" if more else ""
     return (
-        f"in the mechanism blocks {one} and {other} go into each other at ({x:.4g}, {y:.4g}) m{alike}: no joint keeps "
+        f"in the mechanism blocks {one} and {other} go into each other at {as_place(x, y)} m{alike}: no joint keeps "
         "them apart there, and the multiplier may be too low",
     )
 

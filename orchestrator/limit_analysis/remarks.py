@@ -7,7 +7,7 @@ from math import inf
 
 import numpy as np
 
-from orchestrator.basis.printed import as_lambda, percent_of
+from orchestrator.basis.printed import as_lambda, as_place, percent_of
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.loading import Loaded, has_path
@@ -49,7 +49,7 @@ def points_words(found: tuple[PointInCommon, ...]) -> Iterator[str]:
     """Yield which stones touch in one point, which has no force here, and what that spoils."""
     if not found:
         return
-    pairs = ", ".join("{} | {} ({:.4g} m, {:.4g} m)".format(*point.stones, *point.place) for point in found[:TOLD])
+    pairs = ", ".join("{} | {} {} m".format(*one.stones, as_place(*one.place)) for one in found[:TOLD])
     more = ", ..." if len(found) > TOLD else ""
     yield (
         f"stones that touch in one point bear nothing there in limit analysis, and do in finite elements: {pairs}{more}"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.basis.printed import counted, few, millimetres, printed
+from orchestrator.basis.printed import as_place, counted, few, millimetres, printed
 from orchestrator.geometry.healing import open_gaps
 from orchestrator.masonry.joints import (
     MODULI,
@@ -34,7 +34,7 @@ def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
     between = " to ".join(dict.fromkeys(f"{one:.2g}" for one in (min(width), max(width))))
     first = min(gaps, key=lambda gap: abs(gap.width))
     place = f"the first between blocks {blocks[first.i].id} and {blocks[first.j].id} at "
-    place += f"({first.at[0]:.4g}, {first.at[1]:.4g}) m"
+    place += f"{as_place(first.at[0], first.at[1])} m"
     joined = millimetres(joined_over(assemblage.wall, settings))
     many = f"{len(gaps)} pairs of blocks lie" if len(gaps) > 1 else "1 pair of blocks lies"
     return [
@@ -55,7 +55,7 @@ def short_contacts(assemblage: Assemblage, settings: JointSettings) -> list[str]
     start, end = outlines.vertex[outlines.start[short]], outlines.vertex[outlines.end[short]]
     length, middle = np.linalg.norm(end - start, axis=1), 0.5 * (start + end)
     named = [
-        f"blocks {blocks[i].id} and {blocks[j].id} at ({x:.4g}, {y:.4g}) m, {millimetres(long)}"
+        f"blocks {blocks[i].id} and {blocks[j].id} at {as_place(x, y)} m, {millimetres(long)}"
         for i, j, (x, y), long in zip(outlines.left[short], outlines.right[short], middle, length, strict=True)
     ]
     many = f"{counted(len(short), 'contact')} of stones {'are' if len(short) > 1 else 'is'} too short for a joint"

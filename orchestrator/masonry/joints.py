@@ -14,7 +14,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, require_kinds
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import as_place, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
@@ -106,7 +106,7 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
         outlines = planar_map([block.polygon for block in wall.blocks], joined_over(wall, settings))
     except OverlapError as error:
         one, other = (wall.blocks[block].id for block in error.blocks)
-        problem = f"lies on block {other} near ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
+        problem = f"lies on block {other} near {as_place(error.point[0], error.point[1])} m"
         raise CaseError(f"block {one}", problem, "move one of them or correct its polygon") from None
     edge, _ = contacts_of(wall, outlines, settings)
     pair = outlines.left[edge], outlines.right[edge]
@@ -281,7 +281,7 @@ def check_assemblage(assemblage: Assemblage) -> None:
         nearest = float(shapely.distance(outlines[group == number][:, None], others).min()) if len(others) else np.inf
         widest = max(widest, nearest)
         if number == group[first]:
-            problem += f": at ({x:.4g}, {y:.4g}) m, "
+            problem += f": at {as_place(x, y)} m, "
             problem += f"{millimetres(nearest)} from the nearest" if nearest else "with a neighbour in a point at most"
     free = sum(not block.fixed for block in blocks)
     problem += f"; {len(apart)} of {free} blocks alike" if len(apart) > 1 else ""

@@ -64,12 +64,16 @@ def _lowest(analysis: LimitAnalysis) -> float:
 
 
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
-    """Return that stones bear less in large displacements than in the lowest state found, if so by 1 %."""
+    """Return that stones bear less in large displacements than in the lowest state found: as they give way at edges,
+    where a remark tells that, or by 1 % as rigid blocks."""
     rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
-    least, what = rigid, "the most that rigid blocks bear in large displacements"
-    if pressed < (1.0 - SAME_ANSWER) * min(rigid, low):
-        least, what = pressed, "about what is left in large displacements as stones give way at edges"
-    return "" if least >= (1.0 - SAME_ANSWER) * low else f" On the safe side is λ = {_limit(least)}, {what}."
+    is_told = pressed < (1.0 - SAME_ANSWER) * min(rigid, analysis.headline.load_multiplier)
+    if is_told and pressed < low:
+        left = "about what is left in large displacements as stones give way at edges"
+        return f" On the safe side is λ = {_limit(pressed)}, {left}."
+    if rigid < (1.0 - SAME_ANSWER) * low:
+        return f" On the safe side is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
+    return ""
 
 
 def _without(analysis: LimitAnalysis) -> str:
@@ -176,7 +180,7 @@ def answer_of_run(summary: Summary) -> str:
     text = f"{peak} kN counts {here}{_but(reference)}{_of_another_wall(pushed, limit, stones)}"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
-    beside = f"{_limit_beside(pushed, summary)}{_friction_leaves_open(pushed, summary.limit_analysis)}"
+    beside = f"{_limit_beside(pushed, summary)}{_friction_leaves_open(pushed, limit)}{_stands(pushed, limit)}"
     return f"{text}{_macroblocks_beside(pushed, summary)}; {beside}."
 
 
@@ -201,8 +205,10 @@ def _macroblocks_beside(pushed: PushoverSummary, summary: Summary) -> str:
     if macro is None or pushed.model != "micro":
         return ""
     known = macro.peak_reached and pushed.peak_reached
-    off = f", {percent_more(macro.peak_base_shear, pushed.peak_base_shear)}" if known else ""
+    off = f", {percent_more(macro.peak_multiplier, pushed.peak_multiplier)}" if known else ""
     what = f"({printed('force', macro.peak_base_shear)} kN{off})"
+    if macro.at_peak.fallen or pushed.at_peak.fallen:  # not the same load
+        what = f"(λ = {printed('multiplier', macro.peak_multiplier)}{off})"
     if is_of_every_stone(macro, summary.wall.blocks):
         return f"; macroblocks are every stone, too {what}"
     if contradicts(macro, summary.limit_analysis, summary.wall.blocks):
@@ -246,6 +252,13 @@ def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
     return f"; {leaves} open which state is met: from λ = {_limit(low)}, on the safe side, to {_limit(high)} were found"
 
 
+def _stands(pushed: PushoverSummary, limit: LimitSummary) -> str:
+    """Return that finite elements came to rest under the dead load, where limit analysis leaves that open."""
+    if not limit.going_down or any(event.under_gravity for event in pushed.events):
+        return ""
+    return "; finite elements come to rest under the dead load, which limit analysis leaves open"
+
+
 def _in_both(small: float, large: float, peak: float) -> str:
     """Return by how much multipliers in small and in large displacements lie off a peak."""
     in_small, in_large = percent_more(small, peak), percent_more(large, peak)
@@ -255,11 +268,15 @@ def _in_both(small: float, large: float, peak: float) -> str:
 
 
 def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
-    """Return how far off a peak is what is left as stones give way at edges, where rigid blocks have more."""
+    """Return how far off a peak is what is left as stones give way at edges, where rigid blocks have more; and what to
+    do where the peak lies above it, which elements longer than the edges that are pressed have."""
     left = limit.pressed_peak
     if left is None or left >= (1.0 - SAME_ANSWER) * (limit.rigid_peak or limit.multiplier):
         return ""
-    return f"; about {percent_more(left, pushed.peak_multiplier)} where stones give way at edges"
+    said = f"; about {percent_more(left, pushed.peak_multiplier)} where stones give way at edges"
+    if left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
+        return said
+    return f"{said}: λ = {_limit(left)}, on the safe side, to which smaller elements (mesh.size) come nearer"
 
 
 def _bonds(summary: Summary) -> list[str]:

@@ -15,7 +15,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.graphs import connected_groups
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import as_place, millimetres
 from orchestrator.masonry.block_properties import rounded_up
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, slenderness
 from orchestrator.masonry.sources.drawing import Drawing
@@ -128,7 +128,7 @@ def _said_open(role: str, nearly: list[tuple[float, FloatArray]]) -> Iterator[st
         widest, (x, y) = max(gap for gap, _ in nearly), nearly[0][1][0]
         many = f"{len(nearly)} polylines end" if len(nearly) > 1 else "1 polyline ends"
         yield (
-            f"{role}: WARNING: {many} up to {millimetres(widest)} from the beginning, the first at ({x:.4g}, {y:.4g}) "
+            f"{role}: WARNING: {many} up to {millimetres(widest)} from the beginning, the first at {as_place(x, y)} "
             f'm: close what is open, or import the file with --tolerance "{rounded_up(1e3 * widest):g} mm"'
         )
 
@@ -215,7 +215,7 @@ def _said(network: Network, lines: list[FloatArray], closed: list[FloatArray], r
         x, y = shapely.get_coordinates(network.enclosing[0])[0]
         many = f"{len(network.enclosing)} outlines of lines enclose others and are"
         many = many if len(network.enclosing) > 1 else "1 outline of lines encloses others and is"
-        said.append(f"{role}: WARNING: {many} left out, the first at ({x:.4g}, {y:.4g}) m")
+        said.append(f"{role}: WARNING: {many} left out, the first at {as_place(x, y)} m")
     return said
 
 
@@ -227,8 +227,8 @@ def _said_ends(network: Network, lines: list[FloatArray], closed_beside: list[Fl
     ends, gap = _open_ends(network)
     if not len(ends):
         x, y = shapely.get_coordinates(network.rest[0])[0]
-        return f", the first at ({x:.4g}, {y:.4g}) m"
-    listed = ", ".join(f"({x:.4g}, {y:.4g})" for x, y in ends[:LISTED_ENDS])
+        return f", the first at {as_place(x, y)} m"
+    listed = ", ".join(f"{as_place(x, y)}" for x, y in ends[:LISTED_ENDS])
     said = f"; {len(ends)} open end{'s' * (len(ends) > 1)} at {listed}{', ...' * (len(ends) > LISTED_ENDS)} m"
     near = np.sort(gap[np.isfinite(gap)])
     apart = _from_outlines(ends, closed_beside)

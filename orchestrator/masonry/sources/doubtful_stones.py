@@ -14,6 +14,7 @@ import numpy.typing as npt
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.printed import as_place
 from orchestrator.masonry.wall import Block, Wall, shapes
 
 Neighbours = Callable[[int], npt.NDArray[np.object_]]
@@ -91,7 +92,7 @@ def doubtful_stones(wall: Wall) -> list[str]:
 
 def _told(block: Block, outline: shapely.Polygon, sign: str) -> str:
     place = outline.representative_point()
-    return f"WARNING: block {block.id} at ({place.x:.4g}, {place.y:.4g}) m {sign}"
+    return f"WARNING: block {block.id} at {as_place(place.x, place.y)} m {sign}"
 
 
 def _large(outlines: npt.NDArray[np.object_], stones: IntArray, around: Neighbours, few: int) -> list[int]:

@@ -15,7 +15,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.basis.printed import counted, millimetres
+from orchestrator.basis.printed import as_place, counted, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import closed_gaps, heal
 from orchestrator.geometry.planar_map import OverlapError
@@ -215,7 +215,7 @@ def _located(error: CaseError, wall: Wall) -> CaseError:
     for block in wall.blocks:
         if error.key == f"block {block.id}":
             x, y = block.polygon.mean(axis=0)
-            return CaseError(f"{error.key} at ({x:.4g}, {y:.4g}) m", error.problem, error.remedy)
+            return CaseError(f"{error.key} at {as_place(x, y)} m", error.problem, error.remedy)
     return error
 
 
@@ -256,7 +256,7 @@ def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]
             apart = max(distance for _, distance in copies)
             off = f", up to {millimetres(apart)} apart" if apart > NOT_SEEN else ""
             outlined = "outlines" if len(copies) > 1 else "outline"
-            said.append(f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at ({x:.4g}, {y:.4g}) m")
+            said.append(f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at {as_place(x, y)} m")
     stones = tuple(drawing.stones[k] for k in kept["blocks"])
     materials = tuple(drawing.materials[k] for k in kept["blocks"]) if drawing.materials else ()
     supports = tuple(drawing.supports[k] for k in kept["supports"])
@@ -273,7 +273,7 @@ def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
     for polygon, inside in zip(polygons, part, strict=True):
         if 0.1 < inside < 0.9:
             x, y = polygon.centroid.x, polygon.centroid.y
-            raise CaseError(f"block at ({x:.4g}, {y:.4g}) m", f"lies by {inside:.0%} in an opening", "cut it there")
+            raise CaseError(f"block at {as_place(x, y)} m", f"lies by {inside:.0%} in an opening", "cut it there")
     kept = [k for k, inside in enumerate(part) if inside < 0.5]
     left_out = len(drawing.stones) - len(kept)
     if not kept:

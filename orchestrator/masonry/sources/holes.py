@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from orchestrator.basis.printed import counted, few
+from orchestrator.basis.printed import as_place, counted, few
 from orchestrator.masonry.wall import Wall, shapes
 
 SIZES = (0.25, 1.5)
@@ -31,4 +31,4 @@ def said_holes(wall: Wall) -> list[str]:
 
 def _place(hole: shapely.Polygon) -> str:
     left, bottom, right, top = hole.bounds
-    return f"{right - left:.3g} m x {top - bottom:.3g} m at ({hole.centroid.x:.4g}, {hole.centroid.y:.4g}) m"
+    return f"{right - left:.3g} m x {top - bottom:.3g} m at {as_place(hole.centroid.x, hole.centroid.y)} m"

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import as_place, millimetres
 from orchestrator.geometry.ring_geometry import Spike, clicked_once, without_spikes
 
 TOLD = 1e-3
@@ -33,7 +33,7 @@ def mended(outlines: Sequence[FloatArray], within: float) -> tuple[list[FloatArr
             near = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
             gone = np.flatnonzero(near <= within)
             x, y = ring[gone[0]]
-            several, first = several + 1, first or f"({x:.4g}, {y:.4g}) m"
+            several, first = several + 1, first or f"{as_place(x, y)} m"
             apart = max(apart, float(near[gone].max()))
     if several:
         many = f"{several} outlines have corners" if several > 1 else "1 outline has corners"
@@ -50,6 +50,6 @@ def said_of_spikes(what: str, ring: FloatArray, spikes: Sequence[Spike]) -> list
         return []
     x, y = longest.tip
     return [
-        f"WARNING: {what} goes out to ({x:.4g}, {y:.4g}) m and back on itself, {millimetres(longest.length)} far: that "
+        f"WARNING: {what} goes out to {as_place(x, y)} m and back on itself, {millimetres(longest.length)} far: that "
         "spike is taken away; was a corner forgotten?"
     ]

@@ -19,7 +19,7 @@ from scipy import ndimage
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
-from orchestrator.basis.printed import counted
+from orchestrator.basis.printed import as_place, counted
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.colours import NEAR_GREY, are_labels, stones_by_colour
 from orchestrator.masonry.sources.drawing import Drawing
@@ -122,7 +122,7 @@ def drawing_of_numbers(number: IntArray, scale: float, mortar: float) -> tuple[D
     if len(cracks):
         x, y = upright(cracks[0], low, scale)
         what = f"{len(cracks)} stone{'s' * (len(cracks) > 1)} with void inside, as of a joint that is missing in part"
-        remarks.append(f"WARNING: {what}, the first at ({x:.4g}, {y:.4g}) m: paint the joint, or use a finer picture")
+        remarks.append(f"WARNING: {what}, the first at {as_place(x, y)} m: paint the joint, or use a finer picture")
     return Drawing(turned, remarks=tuple(remarks)), stones
 
 
@@ -208,7 +208,7 @@ def _said_together(number: IntArray, settings: PictureSettings) -> list[str]:
         remedy = "paint them"
     return [
         f"WARNING: {patches} like several stones run together ({joined.stones} stones, {again}at "
-        f"({x:.4g}, {y:.4g}) m): "
+        f"{as_place(x, y)} m): "
         f"{missing}; {remedy}",
         *said,
     ]

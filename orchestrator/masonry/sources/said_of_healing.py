@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.errors import CaseError
-from orchestrator.basis.printed import few, millimetres
+from orchestrator.basis.printed import as_place, few, millimetres
 from orchestrator.geometry.healing import Gap, closed_gaps, open_gaps
 from orchestrator.geometry.planar_map import OverlapError, PlanarMap
 from orchestrator.masonry.sources.doubtful_stones import SLIVER, mean_width, slenderness
@@ -37,7 +37,7 @@ def folded(drawn: Wall, error: OverlapError, within: float) -> CaseError:
     """
     i, j = error.blocks
     outlines, x, y = shapes(drawn), *error.point
-    key = f"blocks {drawn.blocks[i].id} and {drawn.blocks[j].id} at ({x:.4g}, {y:.4g}) m"
+    key = f"blocks {drawn.blocks[i].id} and {drawn.blocks[j].id} at {as_place(x, y)} m"
     near = {i, j, *shapely.STRtree(outlines).query(shapely.Point(x, y), "dwithin", within).tolist()}
     thinnest = min(sorted(near), key=lambda k: mean_width(outlines[k]))
     if _depth(outlines[i].intersection(outlines[j])) > within:
@@ -78,7 +78,7 @@ def _words(gap: Gap, wall: Wall, within: float) -> str:
             "of its area; draw both stones to one line there"
         )
     return (
-        f"WARNING: {kind} of {millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
+        f"WARNING: {kind} of {millimetres(gap.width)} between blocks {first} and {second} at {as_place(x, y)} m NOT "
         f"closed, {why}"
     )
 
@@ -88,7 +88,7 @@ def _said_deep(closed: list[Gap], wall: Wall, within: float) -> list[str]:
     deep = [gap for gap in closed if -gap.width > within * (1 + MORE_THAN_ROUNDING)]
     named = [
         f"blocks {wall.blocks[gap.i].id} and {wall.blocks[gap.j].id} by {millimetres(gap.width)} at "
-        f"({gap.at[0]:.4g}, {gap.at[1]:.4g}) m"
+        f"{as_place(gap.at[0], gap.at[1])} m"
         for gap in deep
     ]
     return [f"WARNING: overlaps closed with others are deeper than the tolerance: {few(named)}"] if deep else []
@@ -105,7 +105,7 @@ def _summary(closed: list[Gap], wall: Wall) -> list[str]:
             many = f"{len(gaps)} {kind}s" if len(gaps) > 1 else f"1 {kind}"
             said.append(
                 f"{many} between blocks closed, median {millimetres(median)}, widest {millimetres(widest.width)} "
-                f"between blocks {i} and {j} at ({widest.at[0]:.4g}, {widest.at[1]:.4g}) m"
+                f"between blocks {i} and {j} at {as_place(widest.at[0], widest.at[1])} m"
             )
     return said
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.errors import ResultError
+from orchestrator.basis.printed import as_place
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path.body_overlap import Misfit
 
@@ -53,7 +54,7 @@ class RowMisfits:
 def said_of(misfit: Misfit, verb: str) -> str:
     """Return in words which bodies do what where."""
     (one, other), (x, y) = misfit.names, misfit.place
-    return f"{one} and {other} {verb} at ({x:.4g}, {y:.4g}) m"
+    return f"{one} and {other} {verb} at {as_place(x, y)} m"
 
 
 def check_curve(

@@ -19,7 +19,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.basis.printed import counted
+from orchestrator.basis.printed import as_place, counted
 from orchestrator.geometry.polyhedra import prism
 from orchestrator.masonry.sources.dxf_entities import DRAWN
 from orchestrator.space.sources.material import SpaceMaterial
@@ -83,7 +83,7 @@ def _outline(entity: Any, layer: str, length: float) -> FloatArray:
     light = kind == "LWPOLYLINE"
     rows = entity.get_points("xyb") if light else [(*v.dxf.location[:2], v.dxf.bulge) for v in entity.vertices]
     points = length * np.array([row[:2] for row in rows], dtype=float).reshape(-1, 2)
-    at = f"at ({points[0, 0]:.4g}, {points[0, 1]:.4g}) m" if len(points) else "without corners"
+    at = f"at {as_place(points[0, 0], points[0, 1])} m" if len(points) else "without corners"
     if len(points) > 3 and np.allclose(points[0], points[-1], rtol=0.0, atol=1e-6 * float(np.ptp(points))):
         points, closed = points[:-1], True
     else:
