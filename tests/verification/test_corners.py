@@ -71,7 +71,7 @@ def test_a_corner_bears_at_one_depth_from_either_side(direction):
     if direction < 0:
         turned = (replace(block, polygon=(block.polygon * [-1.0, 1.0])[::-1]) for block in wall.blocks)
         wall = replace(wall, blocks=tuple(turned))
-    done = pushed(wall, direction, final_displacement=0.02)
+    done = pushed(wall, direction)
     assert done.summary.max_penetration_over_size == pytest.approx(ONTO, rel=2e-2)
     assert done.capacity.peak_multiplier == pytest.approx(0.4942, rel=1e-3)
 
