@@ -33,7 +33,7 @@ iterations in place of 2,429 and 6,341.)"""
 TURNED_OVER = 0.1
 """a solution in which a body has turned by more than this (rad) from the geometry that it was found on is no state
 near: its contacts close to 0.5 % of its size (loose stones that fall under a held load turned by 1.1 rad, and by 1.6 on
-the geometry of that, an eighth of the time of 230 stones)"""
+the geometry of that, an eighth of the time of 230 stones; a throw-away script)"""
 WEAK = 0.1
 """live load that limit analysis expects, over the weight of the wall, below which drag and balance of bodies are shares
 of ten times that load: weight says nothing of what a slender wall bears"""
