@@ -23,19 +23,21 @@ from orchestrator.limit_analysis.search.loading import SAME_ANSWER
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.pressed_edges import compliances, is_at_end, under_turning
 
-COUNTS = 0.02
-"""part of what all joints take from the multiplier that one has to take to be named"""
+LEFT_OUT = 0.002
+"""part of the multiplier that joints may take together which are left out, those that take least"""
 
 
 def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray:
     """Return over what length x (joints, 2) in m joints are pressed at their start and at their end, as stones turn
-    about it in the headline's mechanism; 0 elsewhere, where all of a joint is pressed, and for walls that were not
-    pushed in large displacements."""
+    about it in the headline's mechanism; 0 elsewhere, where all of a joint is pressed, where joints take LEFT_OUT of the multiplier
+    together, and for walls that were not pushed in large displacements."""
     lengths, turning = np.zeros((assemblage.joints.count, 2)), _turning(assemblage, analysis)
     if turning is None:
         return lengths
     normal, pressed, takes, _ = turning
-    counts = (takes > COUNTS * takes.sum()) & (pressed < assemblage.joints.length)
+    least_first = np.sort(takes)
+    left_out = least_first[np.cumsum(least_first) <= LEFT_OUT * analysis.headline.load_multiplier]
+    counts = (takes > left_out.max(initial=0.0)) & (pressed < assemblage.joints.length)
     lengths[counts, normal[counts].argmax(axis=1)] = pressed[counts]
     return lengths
 

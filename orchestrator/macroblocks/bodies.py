@@ -30,8 +30,8 @@ NEAR_A_TOE = 2.0
 """a joint has a toe where the resultant of its pressure lies within so many times the distance from its end at which
 it has one: other states than the one that forces are known of may press there"""
 LEANS = 0.05
-"""part of a joint that has to be pressed as stones turn about its end, or a column leans on it, for the joint to have a
-toe: 7 % of what a column bears as drawn are lost to that"""
+"""part of its width over which a column that leans has to be pressed for its bed to have a toe: 7 % of what it bears as
+drawn are lost to that; less is a toe where the mechanism turns about it (turning_joints.py)"""
 STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -82,7 +82,7 @@ class Bodies:
     m over which each is pressed so, crushes, presses soft mortar, or has a column lean on it at its start and at its
     end, 0 where it does not; column (k,): width in m of what leans there, inf where nothing does. Both are None where
     no forces say so. hinge (k, 2): length in m over which each is pressed at its start and at its end as stones turn
-    about it, 0 where that is less than LEANS of it or nothing says so.
+    about it, 0 where nothing says so.
     """
 
     bodies: tuple[Body, ...]
@@ -157,7 +157,7 @@ def make_bodies(
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
         mean_stone=_mean_stone(wall),
         bond_toe=read_only(bond_toe),
-        hinge=read_only(turns * (turns > LEANS * between.length[:, None])),
+        hinge=read_only(turns),
         toe=toe,
         column=column,
     )
