@@ -29,8 +29,8 @@ LEFT_OUT = 0.002
 
 def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray:
     """Return over what length x (joints, 2) in m joints are pressed at their start and at their end, as stones turn
-    about it in the headline's mechanism; 0 elsewhere, where all of a joint is pressed, where joints take LEFT_OUT of the multiplier
-    together, and for walls that were not pushed in large displacements."""
+    about it in the headline's mechanism; 0 elsewhere, where all of a joint is pressed, where joints take LEFT_OUT of
+    the multiplier together, and for walls that were not pushed in large displacements."""
     lengths, turning = np.zeros((assemblage.joints.count, 2)), _turning(assemblage, analysis)
     if turning is None:
         return lengths

@@ -91,7 +91,7 @@ def portal():
 
 @pytest.mark.parametrize(("wall", "pressed"), [(drums, 0.025), (ring, 0.025), (portal, 0.02)])
 def test_few_stones_bear_by_default_what_edges_leave(wall, pressed):
-    """Stones that turn about 0.3 to 3 % of a joint lose 1 to 2 % of their peak, in finite elements as by the formula."""
+    """Stones that turn about 0.3 to 2 % of a joint lose 1 to 2 % of their peak, in elements as by the formula."""
     assemblage = wall()
     found = analyse(assemblage)
     lengths = pressed_at_hinges(assemblage, found) / assemblage.joints.length[:, None]
