@@ -19,9 +19,8 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 
-OFFSET = 0.0025
-"""share of a joint's length by which the resultant of a toe may lie off, where nothing else is said: 0.5 % of what a
-stone bears that turns about the end of its bed"""
+OFFSET = 0.005
+"""share of a joint's length by which the resultant of a toe may lie off, where nothing else is said"""
 SHORTEST = 0.0125
 """elements are no shorter than this share of the joint and of the root of the body's area: two points of contact nearer
 than 0.8 % of the latter are one (one_place.COVER)"""
