@@ -95,7 +95,9 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         loose = _settings(LooseSettings, texts)
         try:
             wall, remarks = _read(path, texts)
-            remarks = [*_thick(wall), *_of_other_material(wall), *remarks, *said_holes(wall)]
+            remarks = [*_thick(wall), *_of_other_material(wall), *remarks]
+            if path.suffix.lower() not in ROWS:  # there every hole is an opening with its width
+                remarks += said_holes(wall)
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:

@@ -138,7 +138,8 @@ def curves(
         peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
         least = ("≥ ", "≥") if not capacity.peak_reached and not not_valid else ("", "=")
         said = f"peak {least[0]}{printed('force', capacity.peak_base_shear)} kN (λ {least[1]} "
-        said += f"{printed('multiplier', capacity.peak_multiplier)}) at "
+        fell = curve.static.fallen_bodies[np.argmax(curve.static.base_shear_N)] > 0
+        said += f"{printed('multiplier', capacity.peak_multiplier)}{' of what is left' * bool(fell)}) at "
         said += f"{printed('displacement', capacity.displacement_at_peak)} mm"
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
     draw_limit_analysis(axes, analysis)

@@ -32,6 +32,15 @@ def test_a_stone_that_was_left_out_is_named_with_place_and_size(tmp_path):
     ]
 
 
+def test_an_opening_of_row_notation_is_no_hole(tmp_path):
+    file = tmp_path / "wall.txt"
+    courses = "250: 500 500 500 500\n250: 250 500 -500 500 250\n250: 500 500 500 500"
+    file.write_text(f"unit = mm\nthickness = 100\nunit_weight = 25 kN/m3\nfriction = 0.65\nsupport = 200\n{courses}\n")
+    intake = import_wall(file, {})
+    assert said_holes(intake.wall)
+    assert not [said for said in intake.remarks if "hole" in said]
+
+
 def test_a_stone_of_rubble_that_was_left_out_is_named():
     wall = rubble(Rubble(2.4, 2.0, stone=0.35, seed=3))
     assert said_holes(wall) == []

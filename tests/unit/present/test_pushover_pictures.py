@@ -237,6 +237,10 @@ def test_an_interface_is_shared_midway_between_its_contacts():
 
 @pytest.fixture
 def curves_figure(state):
+    return figure_of_curves(state, np.zeros(4, int))
+
+
+def figure_of_curves(state, fallen):
     state = replace(state, horizontal_load=22225.0)
     analysis = LimitAnalysis(
         loads=Loads(np.zeros((4, 3)), np.zeros((4, 3)), np.array([1.0, 0.0])),
@@ -255,7 +259,7 @@ def curves_figure(state):
     moved = np.array([0.001, 0.003, 0.011, 0.021])
     none = np.zeros(4)
     curve = PushoverCurve(
-        counts, none, shear, shear, shear, moved, none, none, *4 * [counts], none, counts, counts, "done"
+        counts, none, shear, shear, shear, moved, none, none, *4 * [counts], none, counts, fallen, "done"
     )
     capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, True)
     models = {"macroblocks": (curve, capacity), "micro": (curve, capacity)}
@@ -272,6 +276,14 @@ def test_curves_are_in_kilonewtons_and_millimetres_from_gravity_on(curves_figure
     np.testing.assert_allclose(lines["peak 6.600 kN (λ = 0.2970) at 10.00 mm"].get_xydata(), [[10, 6.6]])
     axes = curves_figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("control displacement (mm)", "base shear (kN)")
+
+
+def test_the_multiplier_of_a_peak_after_stones_have_fallen_is_of_what_is_left(state):
+    """The second axis has base shear over the weight of all."""
+    for fallen, left in (([0, 0, 1, 1], True), ([0, 0, 0, 1], False)):
+        figure = figure_of_curves(state, np.array(fallen))
+        labels = [line.get_label() for line in figure.axes[0].lines]
+        assert (f"peak 6.600 kN (λ = 0.2970{' of what is left' * left}) at 10.00 mm") in labels
 
 
 @pytest.mark.filterwarnings("error")
