@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import millimetres
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.pushover.toes import element_ends
@@ -58,10 +59,11 @@ USED = "memory.current"
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Expected unknowns of the linear system and memory in bytes: right within a factor of 2."""
+    """Expected unknowns of the linear system and memory in bytes: right within a factor of 2; largest element, m."""
 
     unknowns: int
     memory: float
+    element: float
 
     @property
     def seconds(self) -> tuple[float, float]:
@@ -70,7 +72,8 @@ class Estimate:
         return likely / UNCERTAIN, likely * UNCERTAIN
 
     def __str__(self) -> str:
-        return f"about {self.unknowns:,} unknowns, {self.memory / 1e9:.2g} GB"
+        elements = f"elements of {millimetres(self.element)}"
+        return f"about {self.unknowns:,} unknowns ({elements}), {self.memory / 1e9:.2g} GB"
 
 
 def time_in_words(expected: Estimate) -> str:
@@ -105,7 +108,8 @@ def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> 
     levels = settings.layers + 1 if element_order == 2 else settings.layers // 2 + 1  # nodes in front are enough
     displacements = 3 * levels * in_plane * (SECOND_ORDER if element_order == 2 else 1.0)
     unknowns = displacements + levels * on_outline + 1
-    return Estimate(round(unknowns), BASE + PER_UNKNOWN * unknowns * max(1.0, (unknowns / LARGE) ** (1 / 3)))
+    memory = BASE + PER_UNKNOWN * unknowns * max(1.0, (unknowns / LARGE) ** (1 / 3))
+    return Estimate(round(unknowns), memory, size)
 
 
 def free_memory(machine: Path = MEMORY, group: Path = CONTROL_GROUP) -> float:

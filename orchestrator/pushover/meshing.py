@@ -49,8 +49,8 @@ class MeshSettings(Checked):
     exact anyway"""
     toe_offset: Annotated[float, Gt(0), Le(0.5)] = OFFSET
     """share of a joint's length by which the resultant of a toe may lie off that crushes, presses mortar with a normal
-    stiffness (joints.classes), is left of a cracked bond, or that stones turn about in the mechanism of limit analysis:
-    elements are so short there; 0.5 leaves them at `size`"""
+    stiffness (joints.classes), is left of a cracked bond, bears a column that leans, or that stones turn about in the
+    mechanism of limit analysis: elements are so short there; 0.5 leaves them at `size`"""
     growth: Annotated[float, Ge(0), Le(2)] = GROWTH
     """by which elements grow over the distance from the outline beyond `size`: what is inside of large bodies only
     bends; 0: none is longer than `size`"""

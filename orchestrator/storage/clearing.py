@@ -22,7 +22,7 @@ RESULTS = (
 """all that a run or a limit analysis writes, but run.log, which goes on, pictures, and folders of load cases"""
 OF_A_MODEL = (
     "borne.json", "mesh.msh", "mesh.vtu", "curve.csv", "ties.csv", "geometry.h5", "wall.h5", "derived.h5", "wall.xdmf",
-    "contacts.xdmf",
+    "contacts.xdmf", "control_point.csv",
 )  # fmt: skip
 """all that a run writes into the folder of a model, but its increments"""
 PICTURES = (

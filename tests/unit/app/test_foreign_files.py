@@ -37,7 +37,9 @@ def test_a_run_and_what_overwrites_it_leave_files_of_others_alone(tmp_path):
     assert cli.main(run) == 0
     put(tmp_path, FOREIGN)
     assert cli.main([*run, "--resume"]) == 0
+    put(tmp_path, ["macro/control_point.csv"])  # as a run with [seismic] leaves it
     assert cli.main([*run, "--force"]) == 0
+    assert not (tmp_path / "macro" / "control_point.csv").exists(), "it would be taken for this run's"
     assert {name: (tmp_path / name).read_text() for name in FOREIGN} == {name: f"mine: {name}" for name in FOREIGN}
     assert cli.main(["limit", TOWER, "--output", str(tmp_path), "--force"]) == 0
     written = files_in(tmp_path) - set(FOREIGN)

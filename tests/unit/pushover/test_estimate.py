@@ -76,14 +76,16 @@ def test_an_iteration_costs_what_was_measured_and_a_curve_takes_the_time_that_wa
     ("unknowns", "said"), [(200, "1 s to 1.6 s"), (8000, "2.6 s to 64 s"), (10**6, "5.3 min to 2.2 h")]
 )
 def test_a_time_is_said_with_its_uncertainty(unknowns, said):
-    assert estimate.time_in_words(estimate.Estimate(unknowns, 0.0)) == f"it takes {said} on a core of its own"
+    assert estimate.time_in_words(estimate.Estimate(unknowns, 0.0, 0.2)) == f"it takes {said} on a core of its own"
 
 
 def test_more_than_the_machine_has_is_refused_and_much_of_it_is_said():
-    expected = estimate.Estimate(1_000_000, 20e9)
+    expected = estimate.Estimate(1_000_000, 20e9, 0.05)
     assert estimate.warning_of(expected, 50e9) == ""
-    assert estimate.warning_of(expected, 30e9).startswith("WARNING: large: about 1,000,000 unknowns, 20 GB of 30 GB")
-    with pytest.raises(CaseError, match=r"mesh\.size: needs about 1,000,000 unknowns, 20 GB, this machine has 10 GB"):
+    assert estimate.warning_of(expected, 30e9).startswith(
+        "WARNING: large: about 1,000,000 unknowns (elements of 50 mm), 20 GB of 30 GB"
+    )
+    with pytest.raises(CaseError, match=r"mesh\.size: needs about 1,000,000 .* mm\), 20 GB, this machine has 10 GB"):
         estimate.warning_of(expected, 10e9)
 
 
