@@ -25,6 +25,8 @@ from orchestrator.masonry.pressed_edges import compliances, is_at_end, under_tur
 
 LEFT_OUT = 0.002
 """part of the multiplier that joints may take together which are left out, those that take least"""
+BY_ROUNDING = 1e-6
+"""part by which joints that are alike may differ in what they take: all of them are left out, or none"""
 
 
 def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray:
@@ -36,8 +38,8 @@ def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatA
         return lengths
     normal, pressed, takes, _ = turning
     least_first = np.sort(takes)
-    left_out = least_first[np.cumsum(least_first) <= LEFT_OUT * analysis.headline.load_multiplier]
-    counts = (takes > left_out.max(initial=0.0)) & (pressed < assemblage.joints.length)
+    beyond = least_first[np.cumsum(least_first) > LEFT_OUT * analysis.headline.load_multiplier]
+    counts = (takes >= (1.0 - BY_ROUNDING) * beyond.min(initial=np.inf)) & (pressed < assemblage.joints.length)
     lengths[counts, normal[counts].argmax(axis=1)] = pressed[counts]
     return lengths
 
