@@ -85,7 +85,8 @@ def bears(*shares, is_peak=True, is_valid=True):
         (bears(0.95), False),
         (bears(0.80, 0.95), False),
         (bears(0.80, 0.805), False),
-        (bears(0.80, 0.805, 0.80, 0.80), True),  # soft stones
+        (bears(0.80, 0.965, 0.96, 0.96), True),
+        (bears(0.80, 0.805, 0.80, 0.80), False),  # another state
         (bears(0.60, is_peak=False), True),  # pushed no further: nothing is known
         (bears(1.00, is_valid=False), False),
     ],
@@ -100,6 +101,17 @@ def test_twice_as_many_are_tried_only_where_they_are_few(wall_1, bodies, enough)
     analysis = wall_1[1]
     borne = [Borne(bodies, analysis.headline.load_multiplier, is_peak=True, is_valid=True)]
     assert is_enough(analysis, MARGIN, borne, STONES) is enough
+
+
+def test_the_same_thrice_far_below_what_rigid_blocks_bear_as_they_move_is_another_state(wall_1):
+    """How soft stones and mortar are rigid blocks on springs know; bonds, for which they are not moved, they do not."""
+    analysis = wall_1[1]
+    headline = analysis.headline.load_multiplier
+    for peak, share, enough in ((None, 0.6, True), (headline, 0.6, False), (headline, 0.96, True)):
+        known = replace(analysis, rigid_peak=peak, pressed_peak=None)
+        assert is_enough(known, MARGIN, bears(share, share, share, share)(headline), STONES) is enough
+    small = [replace(one, in_large=False) for one in bears(*[0.6] * 4)(headline)]
+    assert is_enough(replace(analysis, rigid_peak=headline), MARGIN, small, STONES)
 
 
 def test_bodies_that_supports_hold_agree_with_nothing_and_are_not_refined(wall_1):
