@@ -66,14 +66,15 @@ def test_stones_that_slide_past_their_neighbours_corners_do_not_overlap(directio
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_corner_bears_at_one_depth_from_either_side(direction):
     """A gable with a round window and its mirror image. The longer the increment in which a corner came to a face, the
-    deeper it bore: 0.0051 of its size, not valid, from one side and 0.0037 from the other."""
+    deeper it bore: 0.0051 of its size, not valid, from one side and 0.0037 from the other. (Elements of one size bear
+    0.4942, of a quarter of that 0.4910.)"""
     wall = read_blocks(DATA / "gable_46_stones.json")
     if direction < 0:
         turned = (replace(block, polygon=(block.polygon * [-1.0, 1.0])[::-1]) for block in wall.blocks)
         wall = replace(wall, blocks=tuple(turned))
     done = pushed(wall, direction)
     assert done.summary.max_penetration_over_size == pytest.approx(ONTO, rel=2e-2)
-    assert done.capacity.peak_multiplier == pytest.approx(0.4942, rel=1e-3)
+    assert done.capacity.peak_multiplier == pytest.approx(0.4850, rel=1e-3)
 
 
 BASE, HEIGHT, TOE = 0.6, 0.5, 1.0

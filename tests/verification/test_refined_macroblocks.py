@@ -58,8 +58,8 @@ def test_bodies_that_do_not_know_the_mechanism_of_the_stones():
     assert done.capacity.peak_base_shear / analysis.horizontal_load == pytest.approx(0.3680, rel=0.02)
 
 
-def test_a_curve_whose_peak_does_not_suffice_ends_beyond_it_with_the_same_peak():
-    """And not before it: a curve that suffices has the same rows up to there."""
+def test_a_curve_whose_peak_does_not_suffice_ends_beyond_it():
+    """And not before it: a curve that suffices has the same rows up to there, and may have a higher peak later."""
     assemblage, load = find_joints(read_blocks(WALL), JointSettings()), LoadSettings("-x")
     analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     asked = []
@@ -74,7 +74,7 @@ def test_a_curve_whose_peak_does_not_suffice_ends_beyond_it_with_the_same_peak()
     rows = len(left.curve.step)
     assert rows < len(whole.curve.step)
     assert np.array_equal(left.curve.base_shear_N, whole.curve.base_shear_N[:rows])
-    assert left.capacity.peak_base_shear == whole.capacity.peak_base_shear
+    assert left.capacity.peak_base_shear == whole.curve.base_shear_N[:rows].max()
     assert asked == [pytest.approx(left.capacity.peak_base_shear / analysis.horizontal_load, rel=1e-9)]
     assert left.curve.base_shear_N[-1] < 0.99 * left.capacity.peak_base_shear < left.curve.base_shear_N[-2]
     assert left.summary.valid
