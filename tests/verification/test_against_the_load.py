@@ -47,9 +47,12 @@ live = [{blocks = [2], force = "1 kN"}]
 [seismic]
 peak_ground_acceleration = "0.1 g"
 control_blocks = [2]
+[mesh]
+toe_offset = 0.5
 [run]
 models = ["micro"]
 """
+"""elements of one size: the pier turns about the very end of its foot"""
 BOTH = """
 [[load.cases]]
 name = "against"
@@ -137,7 +140,9 @@ def test_a_top_that_stays_where_another_part_fails_is_told(case, tmp_path, capsy
         blocks = [{"id": k, "polygon": polygon} for k, polygon in enumerate((ground, squat, slender))]
         blocks[0]["fixed"] = True
         (tmp_path / "wall.json").write_text(json.dumps(WALL | {"blocks": blocks}), encoding="utf-8")
-        case.write_text('[wall]\nblocks = "wall.json"\n[run]\nmodels = ["micro"]\n', encoding="utf-8")
+        case.write_text(
+            '[wall]\nblocks = "wall.json"\n[mesh]\ntoe_offset = 0.5\n[run]\nmodels = ["micro"]\n', encoding="utf-8"
+        )
         out = tmp_path / f"{height}"
         with undrawn():
             assert main(["run", str(case), "--output", str(out)]) == 0
@@ -153,7 +158,9 @@ def test_what_a_wall_settles_under_its_weight_is_no_motion_of_its_mechanism(case
     blocks = [{"id": 0, "polygon": [[-1, -0.2], [3, -0.2], [3, 0], [-1, 0]], "fixed": True}]
     blocks.append({"id": 1, "polygon": [[0, 0], [2, 0], [2, 2], [0, 2]]})
     (tmp_path / "wall.json").write_text(json.dumps(WALL | {"blocks": blocks}), encoding="utf-8")
-    case.write_text('[wall]\nblocks = "wall.json"\n[run]\nmodels = ["micro"]\n', encoding="utf-8")
+    case.write_text(
+        '[wall]\nblocks = "wall.json"\n[mesh]\ntoe_offset = 0.5\n[run]\nmodels = ["micro"]\n', encoding="utf-8"
+    )
     with undrawn():
         assert main(["run", str(case), *soft, "--output", str(tmp_path / "out")]) in (0, 3)
     (found,) = storage.read_summary(tmp_path / "out").pushover

@@ -188,8 +188,11 @@ def test_a_flat_arch_bears_the_same_in_large_and_in_small_displacements():
     displacements it bears 0.2333 and does not jump."""
     arch = of_file("jack_arch_on_piers_22_stones")
     analysis, stones = analyse(arch), one_body_per_block(arch)
-    large = push(arch, analysis, stones, stepping=SteppingSettings(final_drop=0.02))
-    small = push(arch, analysis, stones, stepping=SteppingSettings(large_displacement=False, final_drop=0.02))
+    mesh = MeshSettings(toe_offset=0.5)  # edges that give way take from large displacements only
+    large = push(arch, analysis, stones, mesh=mesh, stepping=SteppingSettings(final_drop=0.02))
+    small = push(
+        arch, analysis, stones, mesh=mesh, stepping=SteppingSettings(large_displacement=False, final_drop=0.02)
+    )
     assert large.summary.valid
     assert small.summary.valid
     assert large.capacity.peak_multiplier == pytest.approx(small.capacity.peak_multiplier, rel=5e-3)

@@ -108,6 +108,7 @@ class Killed(Exception):
 def test_a_run_has_the_bodies_that_bear_what_the_stones_bear_and_can_be_resumed(tmp_path):
     """Eight bodies, which fail as rigid ones where the stones do, bear 0.505 in finite elements."""
     settings = ["load.direction=-x", "run.models=['macro']", "stepping.final_displacement=20mm", "mesh.size=200mm"]
+    settings += ["mesh.toe_offset=0.5"]
     case = cases.read(WALL, settings)
     began = []
 

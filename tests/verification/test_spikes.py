@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator import JointSettings, MeshSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.app.at_peak import spike_of
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -39,7 +39,8 @@ def test_a_wall_of_polygonal_stones_falls_from_its_spike_to_limit_analysis():
     assemblage, load = find_joints(read_blocks(WALL), JointSettings()), LoadSettings("+x")
     analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     stepping = SteppingSettings(final_drop=0.1)
-    found = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=stepping).summary
+    mesh = MeshSettings(toe_offset=0.5)  # short elements where stones turn have no spike either
+    found = push(assemblage, analysis, one_body_per_block(assemblage), load, mesh=mesh, stepping=stepping).summary
     assert found.peak_multiplier > 1.04 * analysis.headline.load_multiplier
     assert found.spike.load_multiplier == pytest.approx(analysis.headline.load_multiplier, rel=0.01)
     assert found.spike.moved < 1e-4

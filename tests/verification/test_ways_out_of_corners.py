@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator import JointSettings, MeshSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
@@ -23,11 +23,12 @@ DATA = Path(__file__).parents[1] / "data"
 BASE, HEIGHT, FRICTION = 0.4, 0.3, 0.5
 
 
-def pushed(wall: Wall, direction: str = "+x", **stepping: float):
+def pushed(wall: Wall, direction: str = "+x", mesh: MeshSettings | None = None, **stepping: float):
     """Return the pushover of every stone."""
     assemblage, load = find_joints(wall, JointSettings()), LoadSettings(direction)
     analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
-    done = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=SteppingSettings(**stepping))
+    stepping = SteppingSettings(**stepping)
+    done = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=stepping, mesh=mesh)
     assert not done.complaints
     return done
 
@@ -61,7 +62,8 @@ def test_a_stone_tips_on_a_higher_step():
 def test_corners_that_meet_in_one_point_do_not_pin_each_other():
     """Before stones have moved there is no difference between small and large displacements."""
     wall = read_blocks(DATA / "reticulated_97_stones.json")
-    small, large = (pushed(wall, final_displacement=4e-3, large_displacement=one) for one in (False, True))
+    mesh = MeshSettings(toe_offset=0.5)  # edges that give way take from large displacements only
+    small, large = (pushed(wall, mesh=mesh, final_displacement=4e-3, large_displacement=one) for one in (False, True))
     assert large.capacity.peak_multiplier == pytest.approx(small.capacity.peak_multiplier, rel=0.01)
     beyond = large.curve.control_displacement_m > 1e-3
     assert beyond.any()
