@@ -5,9 +5,10 @@ In a mechanism that has moved by d, joint j has turned by r_j d, and is pressed 
 
     sum_j N_j r_j a_j / 4    over the live load
 
-from the multiplier: the less the further the wall has moved, which takes its own part (the curve of rigid blocks in
-large displacements). Lengths are those at the d where the most is left. Virtual work; own combination. Where a joint
-has mortar with a stiffness, that is what gives way, and the curve has it.
+from the multiplier: the less the further the wall has moved, which takes its own part: the curve of rigid blocks in
+large displacements has it or, of walls that were not pushed so, the slope of that curve (softening_slope.py). Lengths
+are those at the d where the most is left. Virtual work; own combination. Where a joint has mortar with a stiffness,
+that is what gives way, and the curve has it.
 """
 
 from __future__ import annotations
@@ -20,11 +21,17 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.rigid_pushover import DRIFT
+from orchestrator.limit_analysis.softening_slope import softening_slope
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.pressed_edges import compliances, is_at_end, under_turning
 
 LEFT_OUT = 0.002
 """part of the multiplier that joints may take together which are left out, those that take least"""
+LEAST_MOVED = 1e-4
+"""least over largest of the motions that are looked at where the wall was not pushed"""
+MOTIONS = 200
+"""how many these are: 5 % from one to the next"""
 BY_ROUNDING = 1e-6
 """part by which joints that are alike may differ in what they take: all of them are left out, or none"""
 
@@ -32,7 +39,7 @@ BY_ROUNDING = 1e-6
 def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray:
     """Return over what length x (joints, 2) in m joints are pressed at their start and at their end, as stones turn
     about it in the headline's mechanism; 0 elsewhere, where all of a joint is pressed, where joints take LEFT_OUT of
-    the multiplier together, and for walls that were not pushed in large displacements."""
+    the multiplier together, and where nothing says how far the wall moves (`_curve`)."""
     lengths, turning = np.zeros((assemblage.joints.count, 2)), _turning(assemblage, analysis)
     if turning is None:
         return lengths
@@ -45,8 +52,8 @@ def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatA
 
 
 def left_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> float | None:
-    """Return the most that rigid blocks in large displacements bear less what joints take so, as a multiplier; None for
-    walls that were not pushed so, or not so far that it falls again."""
+    """Return the most that rigid blocks in large displacements bear less what joints take so, as a multiplier; None
+    where nothing says how far the wall moves (`_curve`), and of a curve that does not fall again."""
     turning = _turning(assemblage, analysis)
     return None if turning is None else turning[3]
 
@@ -66,17 +73,17 @@ def _turning(
 ) -> tuple[FloatArray, FloatArray, FloatArray, float | None] | None:
     """Return forces (joints, 2) in N at the ends of joints, the lengths (joints,) in m that they are pressed over when
     the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on."""
-    joints, headline, curve = assemblage.joints, analysis.headline, analysis.rigid_curve
+    joints, headline = assemblage.joints, analysis.headline
     velocities = headline.mechanism.velocities
     power, shear = (analysis.loads.live * velocities).sum(), headline.horizontal_load
-    if curve is None or not (curve[:, 0] > 0.0).any() or min(power, shear) <= 0.0:
+    if min(power, shear) <= 0.0 or (curve := _curve(assemblage, analysis)) is None:
         return None
     normal = np.maximum(headline.joint_forces[: joints.count, :2], 0.0)
     force, per_live = normal.sum(axis=1), power / shear
     turn = np.abs(velocities[joints.j, 2] - velocities[joints.i, 2]) / per_live  # rad per m of the live load's motion
     soft = compliances(assemblage.wall, joints, analysis.elastic_modulus).sum(axis=1) * joints.length / joints.area
     turns = is_at_end(normal) & (turn * soft > 0.0) & np.isinf(joints.normal_stiffness)
-    moved, bears = curve[curve[:, 0] > 0.0].T
+    moved, bears = curve.T
     pressed = np.zeros((len(moved), joints.count))
     pressed[:, turns] = under_turning(force[turns], soft[turns], moved[:, None] * turn[turns])
     pressed = np.minimum(pressed, joints.length)
@@ -84,3 +91,21 @@ def _turning(
     left = bears - takes.sum(axis=1)
     most = int(np.argmax(left))
     return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 else None
+
+
+def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None:
+    """Return displacements along the live load in m, all above 0, and multipliers (s, 2) of rigid blocks there: those
+    that were followed or, of walls that were not pushed, a line with the slope of the beginning.
+
+    None where that has none, as joints hold unpressed, until they break, or crush.
+    """
+    known, joints = analysis.rigid_curve, assemblage.joints
+    if known is not None:
+        return known[known[:, 0] > 0.0] if (known[:, 0] > 0.0).any() else None
+    holds = joints.cohesion.any() or joints.tensile_strength.any()
+    if holds or np.isfinite(joints.compressive_strength).any():
+        return None
+    free = np.vstack([block.polygon for block in assemblage.wall.blocks if not block.fixed])
+    moved = np.geomspace(LEAST_MOVED, 1.0, MOTIONS) * DRIFT * float(np.ptp(free[:, 1]))
+    slope = softening_slope(assemblage, analysis.loads, analysis.headline)
+    return np.column_stack([moved, analysis.headline.load_multiplier + slope * moved])
