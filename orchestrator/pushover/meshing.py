@@ -7,7 +7,7 @@ import io
 import json
 import logging
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.wall import EXTREMES
 from orchestrator.pushover.prisms import extruded, extruded_lines
-from orchestrator.pushover.toes import GROWTH, OFFSET, columns_that_lean, element_ends
+from orchestrator.pushover.toes import GROWTH, OFFSET, bent_by_columns, element_ends
 
 logger = logging.getLogger(__name__)
 
@@ -100,13 +100,14 @@ class ShapeMesh:
 @dataclass(frozen=True, slots=True)
 class CutOutline:
     """rings: their vertices relative to the first vertex of the outline, rounded to 1e-9 m. cuts: where elements end
-    within an edge, as shares of it; for edges of no cuts, and where there are none, the size of elements decides. even:
-    whether elements inside are as long as the nearest of the outline, in what leans and bends.
+    within an edge, as shares of it; for edges of no cuts, and where there are none, the size of elements decides.
+    bends: circles (x, y, radius) in m, about toes that columns lean on, in which elements inside are as long as the
+    nearest of the outline.
     """
 
     rings: tuple[tuple[tuple[float, float], ...], ...]
     cuts: tuple[tuple[float, ...], ...] = ()
-    even: bool = False
+    bends: tuple[tuple[float, ...], ...] = ()
 
 
 @in_turn
@@ -116,8 +117,8 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     moving = bodies.bodies[: bodies.moving]
     size = settings.size_of(bodies)
     ends = element_ends(bodies, size, settings.toe_offset)
-    leaning = columns_that_lean(bodies, size, settings.toe_offset)
-    shapes = [_shape(body, ends, body.number in leaning) for body in moving]
+    bends = bent_by_columns(bodies, size, settings.toe_offset)
+    shapes = [_shape(body, ends, bends.get(body.number, ())) for body in moving]
     known = _meshes(dict.fromkeys(shapes), bodies.thickness, size, settings, cache)
     meshes = [known[shape] for shape in shapes]
     first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
@@ -141,13 +142,13 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     )
 
 
-def _shape(body: Body, ends: dict[tuple[int, int], FloatArray], leans: bool) -> CutOutline:
+def _shape(body: Body, ends: dict[tuple[int, int], FloatArray], bends: Sequence[FloatArray]) -> CutOutline:
     rings = [np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes)]
     cuts = [np.round(ends.get((body.number, k), ()), 9) for k in range(sum(map(len, rings)))]
     return CutOutline(
         rings=tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings),
         cuts=tuple(tuple(map(float, of_edge)) for of_edge in cuts) if any(map(len, cuts)) else (),
-        even=leans and any(map(len, cuts)),
+        bends=tuple(tuple(map(float, np.round(circle - [*body.exterior[0], 0.0], 9))) for circle in bends),
     )
 
 
@@ -219,7 +220,7 @@ def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, set
 def _grow(field: Any, outline: list[int], size: float, growth: float, shape: CutOutline) -> None:
     """Let elements inside be `size` long, from that distance of the outline on longer, by `growth` x what is beyond it.
 
-    Those at toes are shorter, and grow over the distance from there, unless the shape bends.
+    Those at toes are shorter, and grow over the distance from there, but where the shape bends.
     """
     away, length = field.add("Distance"), field.add("MathEval")
     field.setNumbers(away, "CurvesList", outline)
@@ -227,13 +228,31 @@ def _grow(field: Any, outline: list[int], size: float, growth: float, shape: Cut
     beyond = f"(F{away} - {size:.17g} + Fabs(F{away} - {size:.17g})) / 2"  # 0 up to `size`
     field.setString(length, "F", f"{size:.17g} + {growth:.17g} * {beyond}")
     if shape.cuts:
-        inside, near, length = length, field.add("Extend"), field.add("Min")
-        field.setNumbers(near, "CurvesList", outline)
-        field.setNumber(near, "DistMax", FAR * size)
-        field.setNumber(near, "SizeMax", size if shape.even else size + GROWTH * FAR * size)
-        field.setNumber(near, "Power", 1.0)
-        field.setNumbers(length, "FieldsList", [inside, near])
+        lengths = [length, _from_outline(field, outline, size, GROWTH)]
+        if shape.bends:
+            even = _from_outline(field, outline, size, 0.0)
+            lengths += [_within(field, even, *circle) for circle in shape.bends]
+        length = field.add("Min")
+        field.setNumbers(length, "FieldsList", lengths)
     field.setAsBackgroundMesh(length)
+
+
+def _from_outline(field: Any, outline: list[int], size: float, growth: float) -> int:
+    """Add elements as long as the nearest of the outline, up to `size` and, over the distance, by `growth` longer."""
+    near = field.add("Extend")
+    field.setNumbers(near, "CurvesList", outline)
+    field.setNumber(near, "DistMax", FAR * size)
+    field.setNumber(near, "SizeMax", size + growth * FAR * size)
+    field.setNumber(near, "Power", 1.0)
+    return int(near)
+
+
+def _within(field: Any, even: int, x: float, y: float, radius: float) -> int:
+    """Add the lengths of a field within a circle, and from there on longer ones."""
+    within = field.add("MathEval")
+    beyond = f"Sqrt((x - {x:.17g})^2 + (y - {y:.17g})^2) - {radius:.17g}"
+    field.setString(within, "F", f"F{even} + {GROWTH:.17g} * ({beyond} + Fabs({beyond})) / 2")
+    return int(within)
 
 
 def _elements_of_edges(gmsh: Any, edges: list[list[int]], surface: int, matching_faces: bool) -> list[IntArray]:
@@ -307,7 +326,7 @@ def _content_hash(shape: CutOutline, thickness: float, size: float, settings: Me
     from importlib.metadata import version
 
     sizes = [thickness, size, settings.growth, settings.layers, settings.matching_faces]
-    content = [shape.rings, shape.cuts, shape.even, *sizes, version("gmsh"), "grows beyond its size"]
+    content = [shape.rings, shape.cuts, shape.bends, *sizes, version("gmsh"), "grows beyond its columns"]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 

@@ -11,10 +11,11 @@ toe fills). So h = 2 (offset L x)^(1/2) keeps it within a share `offset` of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import chain
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
@@ -35,6 +36,9 @@ ACROSS = 4.0
 """elements across a column that leans: of fewer it bends too little"""
 ALONG = 8.0
 """widths of a column from its bed over which it has them"""
+WIDE = 2.0
+"""widths of a column up to which a body bends with it: bodies of many stones do not, of which it is a part or which it
+stands on"""
 SAMPLES = 500
 """points of an edge at which the lengths along it are added up"""
 
@@ -43,18 +47,21 @@ SAMPLES = 500
 class Toes:
     """Ends (q, 2) of joints that are pressed there only, how long elements are there (q,), and over which distance (q,)
     from the end, all in m; column (q,): width of what leans on it, and bends, inf where none does; bodies (q, 2): on
-    both sides of the joint."""
+    both sides of the joint; bends (q, 2): which of them are no wider than WIDE of that column, and bend with it."""
 
     end: FloatArray
     element: FloatArray
     over: FloatArray
     column: FloatArray
     bodies: IntArray
+    bends: npt.NDArray[np.bool_]
 
     def of(self, *bodies: int) -> Toes:
-        """Return those of joints of any of these bodies."""
-        here = np.isin(self.bodies, bodies).any(axis=1)
-        return Toes(*(getattr(self, field.name)[here] for field in fields(self)))
+        """Return those of joints of any of these bodies, columns where any of these bends."""
+        mine = np.isin(self.bodies, bodies)
+        here, bends = mine.any(axis=1), (mine & self.bends).any(axis=1)
+        found = Toes(*(getattr(self, field.name)[here] for field in fields(self)))
+        return replace(found, column=np.where(bends[here], found.column, np.inf))
 
     def wanted(self, distance: FloatArray) -> FloatArray:
         """Return how long elements (..., q) may be at a distance (..., q) from each."""
@@ -82,12 +89,17 @@ def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, 
     return places
 
 
-def columns_that_lean(bodies: Bodies, size: float, offset: float) -> set[int]:
-    """Return the bodies that lean on a toe and bend, and those that they stand on: their inside bends as well."""
+def bent_by_columns(bodies: Bodies, size: float, offset: float) -> dict[int, list[FloatArray]]:
+    """Return the circles (x, y, radius) in m about toes within which bodies bend, by body: columns that lean on a toe,
+    and what is as narrow under them."""
+    bent = dict[int, list[FloatArray]]()
     if bodies.column is None:
-        return set()
+        return bent
     toes = _toes(bodies, size, offset)
-    return set(toes.bodies[np.isfinite(toes.column)].ravel().tolist())
+    for toe, side in zip(*np.nonzero(toes.bends), strict=True):
+        circle = np.append(toes.end[toe], ALONG * toes.column[toe])
+        bent.setdefault(int(toes.bodies[toe, side]), []).append(circle)
+    return bent
 
 
 def _toes(bodies: Bodies, size: float, offset: float) -> Toes:
@@ -102,7 +114,9 @@ def _toes(bodies: Bodies, size: float, offset: float) -> Toes:
     over = np.where(toe > np.maximum(bodies.bond_toe[:, None], bodies.hinge), FINE, FINE_OF_BOND) * toe
     column = np.zeros_like(toe) + (np.inf if bodies.column is None else bodies.column[:, None])
     sides = np.stack([joints.i, joints.j], axis=1)[:, None] + np.zeros_like(toe, int)[:, :, None]
-    return Toes(ends[here], element[here], over[here], column[here], sides[here])
+    wide = np.array([np.ptp(body.exterior[:, 0]) for body in bodies.bodies])
+    bends = np.isfinite(column[here])[:, None] & (wide[sides[here]] <= WIDE * column[here][:, None])
+    return Toes(ends[here], element[here], over[here], column[here], sides[here], bends)
 
 
 def graded(start: FloatArray, end: FloatArray, toes: Toes, size: float) -> FloatArray:

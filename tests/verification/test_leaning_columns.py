@@ -20,10 +20,12 @@ from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import partition_of
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.pressed_edges import columns_on
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.meshing import mesh_bodies
 from orchestrator.pushover.toes import element_ends
 from tests.support.limit_analysis_cases import box
 from tests.support.paths import PROJECT
@@ -212,3 +214,22 @@ def test_columns_are_as_high_as_the_stones_that_stand_on_each_other_alone():
     level = assemblage.joints.centroid[:, 1]
     assert columns.height == pytest.approx(np.maximum(level, HEIGHT - level)), "beds and tops of both columns too"
     assert columns.width == pytest.approx(np.full(10, WIDTH))
+
+
+def test_a_wall_that_is_one_body_under_a_column_has_long_elements():
+    """Only the column bends: two courses of eight stones of 1 m x 0.5 m stand under its four drums, all one body."""
+    blocks = [Block(0, np.array(box(-5.0, -1.2, 12.0, 0.2)), True, 20e3)]
+    places = [(k % 8 - 4.0, -1.0 + 0.5 * (k // 8)) for k in range(16)]
+    blocks += [Block(k, np.array(box(*place, 1.0, 0.5)), False, 20e3) for k, place in enumerate(places, 1)]
+    blocks += [Block(17 + k, np.array(box(0.25, k, WIDTH, 1.0)), False, 20e3) for k in range(4)]
+    floor = DeadLoad((20,), force=TOP, at=(0.25 + 0.5 * WIDTH, HEIGHT), inertia=True)
+    assemblage = find_joints(Wall("on a wall", tuple(blocks), DEEP, 0.7), JointSettings())
+    found = analyse(assemblage, ALONE, loads_on(assemblage.wall, LoadSettings(dead=(floor,))), 3.5e9)
+    one_wall = partition_of(assemblage, np.array([0, *[1] * 16, *range(17, 21)]))
+    bodies = make_bodies(assemblage, one_wall, found.headline.joint_forces, 3.5e9)
+    short, long = (mesh_bodies(bodies, MeshSettings(toe_offset=offset)) for offset in (0.005, 0.5))
+    nodes, before = (np.bincount(mesh.body_of_node) for mesh in (short, long))
+    (wall,) = (body.number for body in bodies.bodies if len(body.blocks) == 16)
+    drums = np.arange(bodies.moving) != wall
+    assert nodes[drums].max() > 4 * before[drums].max()
+    assert nodes[wall] < 1.5 * before[wall]

@@ -1,4 +1,4 @@
-"""How the multiplier of a mechanism falls as it moves: closed forms, and the curve of rigid blocks that are followed."""
+"""How the multiplier of a mechanism falls as it moves: closed forms, and the curve of rigid blocks followed."""
 
 from __future__ import annotations
 

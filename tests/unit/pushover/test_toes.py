@@ -37,7 +37,14 @@ def along(length, *toes, size=0.2):
     return graded(
         np.zeros(2),
         np.array([length, 0.0]),
-        Toes(place, element, over, np.full(len(toes), np.inf), np.zeros((len(toes), 2), int)),
+        Toes(
+            place,
+            element,
+            over,
+            np.full(len(toes), np.inf),
+            np.zeros((len(toes), 2), int),
+            np.ones((len(toes), 2), bool),
+        ),
         size,
     )
 
@@ -112,7 +119,9 @@ def test_the_estimate_knows_the_elements_at_toes():
 
 def test_elements_across_a_column_that_leans_are_short_along_it():
     """Four over its width of 0.4 m, for eight widths."""
-    column = Toes(np.zeros((1, 2)), np.array([0.01]), np.array([0.02]), np.array([0.4]), np.zeros((1, 2), int))
+    bends = np.array([[True, False]])
+    sides = np.zeros((1, 2), int)
+    column = Toes(np.zeros((1, 2)), np.array([0.01]), np.array([0.02]), np.array([0.4]), sides, bends)
     ends = graded(np.zeros(2), np.array([0.0, 6.0]), column, 1.0) * 6.0
     lengths = np.diff([0.0, *ends, 6.0])
     assert lengths[ends.searchsorted(1.0) : ends.searchsorted(3.0)] == pytest.approx(0.1, rel=0.05)
