@@ -13,6 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from orchestrator import JointSettings, MeshSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator.loads import LiveLoad, LoadSettings, loads_on
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines
 from orchestrator.pushover.path.curve_checks import APART
@@ -91,3 +92,20 @@ def test_the_check_of_a_curve_finds_contacts_that_start_closed_across_a_gap():
         path = Pushover(model, system, NewtonSettings(), SteppingSettings(final_displacement=FAR))
         leans = next(row for row in path.increments(of_all_nodes(model, start)) if pressed_gap(model, row) > APART)
     assert pressed_gap(model, leans) == pytest.approx(gap / np.sqrt(WIDTH * HEIGHT), rel=0.1)
+
+
+@pytest.mark.parametrize("gap", [0.01, 0.02, 0.04])
+@pytest.mark.parametrize("size", [1.0, 0.1])
+def test_a_stone_that_closes_a_gap_pushes_the_next_one_along(gap, size):
+    """Two stones of 0.6 m x 0.3 m, of which one is pushed: it bears mu W until it meets the other, 2 mu W from then."""
+    stones = [(0.0, 0.0, 0.6, 0.3), (0.6 + gap, 0.0, 0.6, 0.3)]
+    ground = Block(0, size * rectangle(-0.5, -0.2, 4.0, 0.2), True, 20e3)
+    blocks = (ground, *(Block(k, size * rectangle(*stone), False, 20e3) for k, stone in enumerate(stones, 1)))
+    assemblage = find_joints(Wall("gap", blocks, 0.3 * size, 0.4), JointSettings())
+    weight = 20e3 * 0.6 * 0.3 * 0.3 * size**3
+    load = LoadSettings(distribution="per_block", live=(LiveLoad((1,), force=weight),))
+    analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
+    stepping = SteppingSettings(final_displacement=2.0 * gap * size, final_drop=0.9)
+    done = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=stepping)
+    assert not done.complaints
+    assert done.curve.base_shear_N.max() == pytest.approx(0.8 * weight, rel=2e-3)

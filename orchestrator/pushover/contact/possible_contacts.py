@@ -26,7 +26,9 @@ from orchestrator.pushover.contact.one_place import TURNED
 from orchestrator.pushover.meshing import BodyMeshes
 
 OFFSET = 0.05
-"""share of the shorter face by which the lines of such faces may lie apart"""
+"""share of the shorter face by which the lines of such faces may lie apart, or beyond which nothing may be in between"""
+SIGHTS = (0.25, 0.5, 0.75)
+"""where two faces look at each other, as shares of what is opposite; one that is free is enough"""
 
 
 def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contacts) -> Tracking:
@@ -95,7 +97,8 @@ def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:
 
 
 def _facing(bodies: Bodies, faces: Faces) -> list[tuple[int, int]]:
-    """Return pairs of faces that look at each other, nearly on one line, less than the shorter one apart.
+    """Return pairs of faces that look at each other, less than the shorter one apart: nearly on one line, or opposite
+    with nothing in between.
 
     The bottom of a thin slab and the top of the slab below it are nearly on one line, too, but back to back.
     """
@@ -110,9 +113,26 @@ def _facing(bodies: Bodies, faces: Faces) -> list[tuple[int, int]]:
     apart, in_front = np.maximum(one_way, other_way)
     offset = np.maximum(np.abs(one_way[1]), np.abs(other_way[1]))
     shorter = np.minimum(faces.length[first], faces.length[second])
-    keep = (offset < OFFSET * shorter) & (apart < shorter)
+    on_one_line = (offset < OFFSET * shorter) & (apart < shorter)
+    opposite = ~on_one_line & (apart < 0.0) & (offset < shorter) & (in_front > 0.0)
+    opposite[opposite] = _see_each_other(bodies, faces, first[opposite], second[opposite])
+    keep = on_one_line | opposite
     keep &= in_front > DEEPEST * _sizes(bodies, faces.body[first], faces.body[second])
     return list(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
+
+
+def _see_each_other(bodies: Bodies, faces: Faces, first: IntArray, second: IntArray) -> npt.NDArray[np.bool_]:
+    """Return whether no body is between opposite faces (p,), at one of SIGHTS at least."""
+    ends = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
+    along = np.sort(np.einsum("aki,ki->ak", ends, faces.tangent[first]), axis=0).clip(0.0, faces.length[first])
+    height = np.einsum("aki,ki->ak", ends, faces.normal[first]).mean(axis=0)
+    place = along[0] + np.array(SIGHTS)[:, None] * (along[1] - along[0])
+    foot = faces.start[first] + place[:, :, None] * faces.tangent[first]
+    way = height[:, None] * faces.normal[first]
+    sights = shapely.linestrings(np.stack([foot + 0.1 * way, foot + 0.9 * way], axis=2)).ravel()
+    outlines = [shapely.Polygon(body.exterior, body.holes) for body in bodies.bodies]
+    blocked = shapely.STRtree(outlines).query(sights, predicate="intersects")[0]
+    return ~np.isin(np.arange(len(sights)), blocked).reshape(len(SIGHTS), -1).all(axis=0)
 
 
 def _along(faces: Faces, first: IntArray, second: IntArray) -> FloatArray:
