@@ -1,9 +1,9 @@
 """Up to where a curve in large displacements may be used: as long as displaced outlines show no missing contact.
 
 Its static rows and its last one are looked at, one by one. Where bodies overlap, or press each other from afar, the
-curve ends with the row before if its base shear has fallen by then, as if it had been followed only so far; else it is
-not valid. A level base shear is not enough: what bodies go through might have held them. So it ends where work and
-energies balance for the last time: an increment past the peak may have jumped to another path of equilibrium.
+curve ends with the row before, as if it had been followed only so far. If its base shear has not fallen by then the
+wall bears at least as much: what bodies go through might have held them. A curve past its peak ends where work and
+energies balance for the last time, too: an increment may have jumped to another path of equilibrium.
 
 A curve whose peak does not suffice, as that of macroblocks that finer ones follow, ends soon after it.
 """
@@ -62,14 +62,15 @@ def first_misfit(rows: Sequence[RowMisfits]) -> RowMisfits | None:
 
 
 def usable(curve: PushoverCurve, rows: Sequence[RowMisfits]) -> PushoverCurve:
-    """Return the curve up to the row before the first that does not fit, where its base shear has fallen by then; else
-    as it is."""
+    """Return the curve up to the row before the first that does not fit; as it is where that leaves no live load."""
     first = first_misfit(rows)
     before = [row.number for row in rows if first is not None and row.number < first.number]
-    if first is None or not before:
-        return curve
-    ends = curve.up_to(before[-1], _why(first))
-    return ends if has_fallen(ends) else curve
+    return curve if first is None or len(before) < 2 else curve.up_to(before[-1], _why(first))
+
+
+def is_cut_short(curve: PushoverCurve, ends: PushoverCurve) -> bool:
+    """Return whether the `usable` part of a curve ends before its base shear has fallen: nothing tells a peak then."""
+    return ends is not curve and not has_fallen(ends)
 
 
 def balanced(curve: PushoverCurve, increments: Iterable[Increment]) -> PushoverCurve:

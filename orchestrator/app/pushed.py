@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import resource
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -32,6 +32,7 @@ from orchestrator.app.curve_end import (
     Suffices,
     balanced,
     first_misfit,
+    is_cut_short,
     is_past,
     largest,
     misfits_of,
@@ -58,7 +59,7 @@ from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
 from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
-from orchestrator.macroblocks.criteria import Partition
+from orchestrator.macroblocks.criteria import Partition, stones_of
 from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
@@ -87,12 +88,14 @@ Ended = ConvergenceError | CollapseError | HeldError | None
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pushed:
-    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one."""
+    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one.
+    cut_short: whether the curve ends as bodies overlap before its base shear has fallen."""
 
     curve: PushoverCurve
     capacity: Capacity
     summary: storage.PushoverSummary
     complaints: tuple[ConvergenceError | ResultError, ...]
+    cut_short: bool = False
 
 
 @in_turn
@@ -125,13 +128,13 @@ def push(
     load, elastic, contact = load or LoadSettings(), elastic or ElasticSettings(), contact or ContactSettings()
     _refuse_other_loads(assemblage, analysis, load)
     refuse_bonded_mortar(assemblage, contact.softening_displacement)
-    model: ModelName = "micro" if _is_every_block(partition) else "macro"
+    model: ModelName = "micro" if partition.count == stones_of(assemblage) else "macro"
     stepping = stepping or SteppingSettings()
     strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
     began, expected = perf_counter(), analysis.expected_multiplier
-    forces, softening = analysis.headline.joint_forces, contact.softening_displacement
-    hinges = pressed_at_hinges(assemblage, analysis)
-    bodies = make_bodies(assemblage, partition, forces, elastic.elastic_modulus, softening, hinges)
+    forces, hinges = analysis.headline.joint_forces, pressed_at_hinges(assemblage, analysis)
+    softening, modulus = contact.softening_displacement, elastic.elastic_modulus
+    bodies = make_bodies(assemblage, partition, forces, modulus, softening, hinges)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
     contact_model = _model_of(assemblage, bodies, meshes, load, strict)
     assembled = perf_counter()
@@ -244,10 +247,12 @@ def judged(
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
-    curve = curve if failures else balanced(usable(curve, rows), increments())
+    fits = curve if failures else usable(curve, rows)
+    cut_short, curve = is_cut_short(curve, fits), balanced(fits, increments())
     kept = (one for one in increments() if one.number <= curve.step[-1])
     effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
     capacity, rows = find_capacity(curve), used(rows, curve)
+    capacity = replace(capacity, peak_reached=capacity.peak_reached and not cut_short)
     peak = int(curve.static.step[np.argmax(curve.static.base_shear_N)])  # of the static increments
     at_rest, at_peak, at_end = (
         next(one for one in increments() if one.number == number)
@@ -275,7 +280,7 @@ def judged(
         control_share=control_share(contact_model, at_rest, at_end), spike=spike_of(curve, end),
         snap=farthest_snap(increments(), at_peak, end),
     )  # fmt: skip
-    return Pushed(curve, capacity, summary, complaints)
+    return Pushed(curve, capacity, summary, complaints, cut_short)
 
 
 def _after_gravity(model: ModelName, last: Increment | None, complaint: Ended) -> Increment:
@@ -308,11 +313,6 @@ def progress_of(
     """Return what is reported of an increment."""
     reached = increment.pushed / stepping.end_of(contact_model.height)
     return IncrementDone(model, increment, contact_model.weight, seconds, min(max(reached, 0.0), 1.0))
-
-
-def _is_every_block(partition: Partition) -> bool:
-    """Return whether no two blocks make a body."""
-    return len(np.unique(partition.body_of_block)) == len(partition.body_of_block)
 
 
 def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: LoadSettings) -> None:

@@ -84,7 +84,8 @@ def push_and_refine(
             break
         partition, peak = next_one, done.capacity.peak_multiplier
         is_peak, in_large = done.capacity.peak_reached, done.summary.displacements == "large"
-        borne.append(Borne(partition.count, peak, is_peak, done.summary.valid, in_large, done.summary.held))
+        is_valid = done.summary.valid and not done.cut_short
+        borne.append(Borne(partition.count, peak, is_peak, is_valid, in_large, done.summary.held))
         if done.summary.stopped_because != NOT_ENOUGH and is_enough(analysis, margin, borne, stones):
             break
         following = finer(assemblage, analysis, partition)

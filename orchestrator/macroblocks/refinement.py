@@ -49,8 +49,8 @@ class Borne:
     """What macroblocks bore in finite elements.
 
     multiplier: at the peak of the base shear; is_peak: whether the curve shows that it is one, else they bear at least
-    as much; is_valid: whether the curve passed its checks; in_large: whether in large displacements; is_held: whether
-    it ended as supports hold the wall.
+    as much; is_valid: whether the curve passed its checks, to its end; in_large: whether in large displacements;
+    is_held: whether it ended as supports hold the wall.
     """
 
     bodies: int

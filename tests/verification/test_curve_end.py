@@ -21,7 +21,7 @@ from orchestrator import (
     storage,
 )
 from orchestrator.app import cli
-from orchestrator.app.curve_end import balanced, first_misfit, usable, used
+from orchestrator.app.curve_end import balanced, first_misfit, is_cut_short, usable, used
 from orchestrator.loads import DeadLoad
 from orchestrator.masonry.joints import JointClass, JointSettings
 from orchestrator.masonry.wall import Block, Wall
@@ -83,7 +83,9 @@ def test_a_curve_whose_stones_fit_is_as_it_was():
 @pytest.mark.parametrize("gap", [False, True])
 def test_stones_that_overlap_once_the_load_has_fallen_end_the_curve(gap):
     rows = rows_of(0.0, 1e-3, 4e-3, 6e-3, 1e-3, gap=gap)
-    ends = usable(curve_of(0.0, 100.0, 98.9, 98.0, 97.0), rows)
+    curve = curve_of(0.0, 100.0, 98.9, 98.0, 97.0)
+    ends = usable(curve, rows)
+    assert not is_cut_short(curve, ends)
     assert ends.step.tolist() == [0, 1, 2]
     what = "press each other across a gap" if gap else "overlap"
     assert ends.stopped_because == (
@@ -98,18 +100,27 @@ def test_stones_that_overlap_once_the_load_has_fallen_end_the_curve(gap):
     [(0.0, 100.0, 99.1, 80.0), (0.0, 100.0, 100.0, 100.0), (0.0, 50.0, 100.0, 90.0)],
     ids=["it has not fallen by 1 %", "a plateau", "it rises"],
 )
-def test_stones_that_overlap_before_leave_the_curve_not_valid(shear):
-    """Also on a plateau: what they go through might have held them."""
-    curve, rows = curve_of(*shear), rows_of(0.0, 1e-3, 1e-3, 6e-3)
+def test_what_stones_bear_before_they_overlap_is_the_least_that_they_bear(shear):
+    """What they go through might have held them: also on a plateau nothing says that more is not to come."""
+    curve = curve_of(*shear)
+    ends = usable(curve, rows_of(0.0, 1e-3, 1e-3, 6e-3))
+    assert ends.step.tolist() == [0, 1, 2]
+    assert is_cut_short(curve, ends)
+
+
+def test_stones_that_overlap_before_any_live_load_leave_a_curve_not_valid():
+    curve, rows = curve_of(0.0, 100.0, 90.0), rows_of(0.0, 6e-3, 6e-3)
     assert usable(curve, rows) is curve
     found = first_misfit(used(rows, curve))
     assert found is not None
-    assert found.number == 3
+    assert found.number == 1
 
 
 def test_a_load_that_falls_in_motion_has_not_fallen():
     curve = curve_of(0.0, 100.0, 90.0, 99.5, 80.0, moving=[0, 0, 1, 0, 0])
-    assert usable(curve, [row for row in rows_of(0.0, 0.0, 0.0, 0.0, 6e-3) if row.number != 2]) is curve
+    ends = usable(curve, [row for row in rows_of(0.0, 0.0, 0.0, 0.0, 6e-3) if row.number != 2])
+    assert ends.step.tolist() == [0, 1, 2, 3]
+    assert is_cut_short(curve, ends)
 
 
 def test_no_number_is_no_fit():
@@ -158,16 +169,18 @@ def test_a_run_that_ends_before_its_last_increment_says_the_same_everywhere(tmp_
     assert (tmp_path / "micro" / "curve.csv").read_bytes() == before
 
 
-def test_a_run_whose_stones_overlap_before_its_peak_is_not_valid(tmp_path, monkeypatch, capsys):
+def test_a_run_whose_stones_overlap_before_its_peak_bears_at_least_what_it_bore(tmp_path, monkeypatch, capsys):
+    """The tower rocks from 0.05 mm on: on its plateau, which falls by less than 1 % in 1 mm."""
     monkeypatch.setattr(DisplacedOutlines, "largest_overlap", overlapping_from(1e-3))
-    assert pushed(tmp_path) == 3
-    said = "to which block 1 and block 2 overlap at (0.25, 1.5) m, from 1."
-    assert said in capsys.readouterr().out.replace("\n", " ")
+    assert pushed(tmp_path) == 0
+    said = "from there on block 1 and block 2 overlap at (0.25, 1.5) m"
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "≥ 3." in printed
     (summary,) = json.loads((tmp_path / "summary.json").read_text())["pushover"]
-    assert not summary["valid"]
-    assert said in summary["not_valid_because"]
-    assert summary["max_penetration_over_size"] == 6e-3
-    assert summary["final_displacement"] == pytest.approx(10e-3, rel=2e-3)
+    assert summary["valid"]
+    assert not summary["peak_reached"]
+    assert said in summary["stopped_because"]
+    assert 0.0 < summary["final_displacement"] < 1e-3
 
 
 def test_a_jump_past_the_peak_ends_the_curve_and_the_peak_counts():

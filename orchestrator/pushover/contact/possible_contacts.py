@@ -26,7 +26,7 @@ from orchestrator.pushover.contact.one_place import TURNED
 from orchestrator.pushover.meshing import BodyMeshes
 
 OFFSET = 0.05
-"""share of the shorter face by which the lines of such faces may lie apart, or beyond which nothing may be in between"""
+"""share of the shorter face by which the lines of such faces may lie apart; beyond, nothing may be in between"""
 SIGHTS = (0.25, 0.5, 0.75)
 """where two faces look at each other, as shares of what is opposite; one that is free is enough"""
 
