@@ -177,6 +177,7 @@ def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_th
             capacity=capacity,
             summary=SimpleNamespace(valid=True, displacements="large", held=False, stopped_because=""),
             of=partition.count,
+            cut_short=False,
         )
 
     partition, done = push_and_refine(assemblage, analysis, one_body(assemblage), push)
@@ -196,7 +197,8 @@ def test_finer_macroblocks_without_a_curve_leave_those_before_them(wall_1):
         if partition.count > 2:
             raise ConvergenceError("macro FE", "no equilibrium under gravity")
         summary = SimpleNamespace(valid=True, displacements="large", held=False, stopped_because="")
-        return SimpleNamespace(capacity=SimpleNamespace(peak_multiplier=1.0, peak_reached=True), summary=summary)
+        capacity = SimpleNamespace(peak_multiplier=1.0, peak_reached=True)
+        return SimpleNamespace(capacity=capacity, summary=summary, cut_short=False)
 
     partition, _ = push_and_refine(assemblage, analysis, one_body(assemblage), push)
     assert pushed == [1, 2, 4, 2], "what the last pushover leaves in a folder is that of the macroblocks returned"
@@ -232,9 +234,10 @@ def test_what_is_said(wall_1):
     assert said[-1] == "all stones bear 6.0% more in finite elements than in limit analysis"
 
 
-def pushes(assemblage, analysis, shares, ends=""):
+def pushes(assemblage, analysis, shares, ends="", cut_short=0):
     """Push one body, two and so on that bear these shares of the headline; return their numbers, which of the shares
-    would have sufficed, and the partition pushed last; ends: what a curve that does not suffice says of its end."""
+    would have sufficed, and the partition pushed last; ends: what a curve that does not suffice says of its end;
+    cut_short: how many curves end before their peak as bodies overlap."""
     headline, pushed, sufficed = analysis.headline.load_multiplier, [], []
 
     def push(partition, suffices):
@@ -243,9 +246,9 @@ def pushes(assemblage, analysis, shares, ends=""):
         sufficed.append(suffices(share * headline))
         said = "" if sufficed[-1] else ends
         summary = SimpleNamespace(valid=True, displacements="large", held=False, stopped_because=said)
-        return SimpleNamespace(
-            capacity=SimpleNamespace(peak_multiplier=share * headline, peak_reached=True), summary=summary
-        )
+        is_short = len(pushed) <= cut_short
+        capacity = SimpleNamespace(peak_multiplier=share * headline, peak_reached=not is_short)
+        return SimpleNamespace(capacity=capacity, summary=summary, cut_short=is_short)
 
     partition, _ = push_and_refine(assemblage, analysis, one_body(assemblage), push)
     return pushed, sufficed, partition
@@ -256,6 +259,12 @@ def test_bodies_that_bear_more_than_rigid_blocks_cannot_be_the_last(wall_1):
     pushed, sufficed, _ = pushes(*wall_1, [1.3, 1.1, 1.0, 1.0])
     assert (pushed, sufficed) == ([1, 2, 4], [False, False, True])
     assert pushes(*wall_1, [0.8, 0.95, 1.2, 1.0])[1] == [True, True, False, True]
+
+
+def test_bodies_that_overlap_before_their_peak_are_never_the_last(wall_1):
+    """They bear at least so much; a curve that goes on to its end without a peak below limit analysis is enough."""
+    assert pushes(*wall_1, [0.9, 1.0, 1.0], cut_short=1)[0] == [1, 2, 4]
+    assert pushes(*wall_1, [1.0, 1.0, 1.0], cut_short=1)[0] == [1, 2]
 
 
 def test_every_stone_suffices_whatever_it_bears(wall_1):
@@ -275,7 +284,8 @@ def test_macroblocks_left_beyond_their_peak_are_never_the_last(wall_1):
         asked.append(suffices(1e3))
         said = "" if asked[-1] else NOT_ENOUGH
         summary = SimpleNamespace(valid=True, displacements="large", held=False, stopped_because=said)
-        return SimpleNamespace(capacity=SimpleNamespace(peak_multiplier=1e3, peak_reached=True), summary=summary)
+        capacity = SimpleNamespace(peak_multiplier=1e3, peak_reached=True)
+        return SimpleNamespace(capacity=capacity, summary=summary, cut_short=False)
 
     _, done = push_and_refine(assemblage, analysis, one_body(assemblage), push)
     assert asked == [False, True]
