@@ -121,6 +121,9 @@ def export(options: argparse.Namespace, console: Console) -> int:
         if not 0 <= options.multiplier < 1e3:
             problem = f"{options.multiplier:g} is not a multiplier"
             raise CaseError("--multiplier", problem, "give one from 0 on, as in 0.3")
+    for read in (case.file, case.block_file):
+        if output.exists() and read.exists() and output.samefile(read):
+            raise CaseError("--output", f"{output} is what the case is read from", "give another name")
     storage.try_file(output, options.force)
     with shown(console, "export", "limit analysis, meshes and file"):
         exports.export(case, driver.segment(case), options.model, kind, options.multiplier, output)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,9 +33,10 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 COLUMNS = (
-    "load_case", "direction", "distribution", "weight_N", "vertical_load_N", "horizontal_load_N", "model", "bodies",
-    "associative", "non_associative", "kind", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N",
-    "displacement_at_peak_m", "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
+    "load_case", "direction", "inclination_deg", "distribution", "weight_N", "vertical_load_N", "horizontal_load_N",
+    "model", "bodies", "associative", "non_associative", "kind", "limit_base_shear_N", "peak_multiplier",
+    "peak_base_shear_N", "displacement_at_peak_m", "initial_stiffness_N_per_m", "peak_reached", "valid",
+    "stopped_because", "complaint",
 )  # fmt: skip
 INDEX = "load_cases.json"
 
@@ -250,6 +252,7 @@ def _answered(entry: dict[str, Any], folder: Path) -> Answered:
 def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
     """Yield the table's rows of one load case: one for each of its curves, or one that says why there is none."""
     about = {"load_case": entry["name"], "direction": entry["direction"], "distribution": entry["distribution"]}
+    about["inclination_deg"] = round(degrees(entry.get("inclination", 0.0)), 9)
     row = dict.fromkeys(COLUMNS, "") | about
     if not (folder / "summary.json").is_file():
         yield row | {"complaint": "; ".join(entry["complaints"])}

@@ -246,7 +246,8 @@ def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
     low, high = limit.non_associative_range or (inf, -inf)
     among = (1.0 - FAR_BEYOND) * low <= pushed.peak_multiplier <= (1.0 + FAR_BEYOND) * high
     far_off = abs(pushed.peak_multiplier - limit.multiplier) > FAR_BEYOND * limit.multiplier
-    if not among or not (far_off or low < (1.0 - SAME_ANSWER) * pushed.peak_multiplier):
+    alone = high - low <= ALIKE * high
+    if alone or not among or not (far_off or low < (1.0 - SAME_ANSWER) * pushed.peak_multiplier):
         return ""
     leaves = "friction or displacements leave" if limit.kind == "peak in large displacements" else "friction leaves"
     return f"; {leaves} open which state is met: from λ = {_limit(low)}, on the safe side, to {_limit(high)} were found"

@@ -100,7 +100,8 @@ class Pushover:
             if state.load_multiplier > HELD_FROM * self.expected_multiplier and is_held(self.model, state):
                 raise HeldError(state.load_multiplier)
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
-                raise ConvergenceError("gravity", "the wall keeps moving under its dead load")
+                spent = f"in {state.number} increments (stepping.largest_increments)"
+                raise ConvergenceError("gravity", f"the wall has not come to rest under its dead load {spent}")
             for following in self._after(state):
                 state = following
                 yield of_all_nodes(self.model, state)

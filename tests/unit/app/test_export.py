@@ -179,3 +179,15 @@ def test_the_name_of_the_file_says_the_format(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["export", str(WALL_1), "--output", "wall.MSH", "--model", "micro"]) == 0
     assert (tmp_path / "wall.MSH").read_bytes().startswith(b"$MeshFormat")
+
+
+def test_what_a_case_is_read_from_is_not_overwritten(tmp_path, capsys):
+    """Not even with --force: neither the case file nor the blocks that it names."""
+    blocks, case = tmp_path / "blocks.json", tmp_path / "case.toml"
+    blocks.write_bytes(WALL_1.read_bytes())
+    case.write_text('[wall]\nblocks = "blocks.json"\n')
+    for source, output in ((blocks, blocks), (case, blocks), (case, case)):
+        before = output.read_bytes()
+        assert main(["export", str(source), "--format", "calculix", "--output", str(output), "--force"]) == 2
+        assert f"--output: {output} is what the case is read from" in capsys.readouterr().err
+        assert output.read_bytes() == before

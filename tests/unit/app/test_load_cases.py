@@ -316,6 +316,8 @@ def test_a_run_ranks_no_load_case_by_a_base_shear_that_its_live_load_hardly_has(
         assert main(["run", str(walls / "steep.toml"), "--output", str(tmp_path)]) in (0, 3)
     printed = " ".join(capsys.readouterr().out.split())
     assert "+x mass governs with the least base shear" in printed
+    assert {row["load_case"]: row["inclination_deg"] for row in table(tmp_path)} == {"+x mass": "0.0", "steep": "80.0"}
+    assert "-x (+80°)" in (tmp_path / "report.html").read_text()
     for _ in ("as run", "made again"):
         with (tmp_path / "verdict.csv").open() as file:
             found = {row["load_case"]: row for row in csv.DictReader(file)}

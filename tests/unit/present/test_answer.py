@@ -273,6 +273,8 @@ def test_a_peak_far_off_but_among_states_that_limit_analysis_found_is_told_as_an
     lower = replace(limit, non_associative_range=(0.2408, 0.28))
     below = "friction leaves open which state is met: from λ = 0.24080, on the safe side, to 0.28000 were found"
     assert answer_of_run(replace(alike, limit_analysis=lower)).endswith(f"; {below}.")
+    one = replace(limit, non_associative_range=(0.4055, 0.40551))
+    assert "leaves open" not in answer_of_run(replace(found, limit_analysis=one)), "one state leaves nothing open"
     by_both = states.replace("friction leaves", "friction or displacements leave")
     assert answer_of_run(replace(found, limit_analysis=rocking)).endswith(f"; {by_both}.")
 
