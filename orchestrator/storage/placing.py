@@ -14,7 +14,15 @@ from typing import Any
 
 from orchestrator.basis.atomic_files import sweep, together
 from orchestrator.basis.errors import CaseError
-from orchestrator.storage.clearing import RECORD, clear_run, named_in, read_record, remove_named, remove_recorded
+from orchestrator.storage.clearing import (
+    RECORD,
+    RESULTS,
+    clear_run,
+    named_in,
+    read_record,
+    remove_named,
+    remove_recorded,
+)
 from orchestrator.storage.files import hash_file, plain, write_json
 
 
@@ -39,12 +47,16 @@ class Source:
 
 
 @contextmanager
-def placed(folders: Sequence[Path], source: Source, force: bool = False) -> Iterator[None]:
+def placed(folders: Sequence[Path], source: Source, force: bool | None = None) -> Iterator[None]:
     """Let what is written inside take its place at the end, and what the program has left in the folders go then.
 
-    folders: all that is written into; the first one holds the others, and results.json. force: results of runs go too.
+    folders: all that is written into; the first one holds the others, and results.json. force: results of runs go too;
+    False: CaseError is raised before anything is written where a file of somebody else has the name of a result (None:
+    the command has asked already).
     """
     folder, *others = dict.fromkeys(folders)
+    if force is False:
+        _refuse_others(folder, others)
     sweep(*(part for one in folders for part in (one, one / "figures")))
     named: dict[str, str] = {}
 
@@ -63,6 +75,15 @@ def placed(folders: Sequence[Path], source: Source, force: bool = False) -> Iter
     with together(prepare):
         yield
     write_json(folder / RECORD, source.record | {"files": named})
+
+
+def _refuse_others(folder: Path, others: Sequence[Path]) -> None:
+    """Raise CaseError for a file with the name of a result that no command has left so."""
+    left = {one / name: digest for one in (folder, *others) for name, digest in named_in(read_record(one))}
+    for path in (one / name for one in (folder, *others) for name in RESULTS):
+        if path.is_file() and left.get(path) != hash_file(path):
+            problem = "would be overwritten, and is no result or has been changed since"
+            raise CaseError("", problem, "give another folder with --output, or overwrite it with --force", str(path))
 
 
 def refuse_other_points(folder: Path, table: str, source: Source) -> None:

@@ -49,6 +49,23 @@ def test_a_run_and_what_overwrites_it_leave_files_of_others_alone(tmp_path):
     assert set(FOREIGN) <= files_in(tmp_path)
 
 
+@pytest.mark.parametrize("command", ["limit", "segment"])
+def test_a_file_with_the_name_of_a_result_is_not_overwritten_without_force(tmp_path, capsys, command):
+    """One of somebody else, and a result to which somebody has added something."""
+    mine = tmp_path / "joint_forces.csv"
+    mine.write_text("mine")
+    again = [command, TOWER, "--output", str(tmp_path)]
+    assert cli.main(again) == 2
+    assert f"{mine}: would be overwritten, and is no result or has been changed since" in capsys.readouterr().err
+    assert (files_in(tmp_path), mine.read_text()) == ({"joint_forces.csv"}, "mine")
+    assert cli.main([*again, "--force"]) == 0
+    assert cli.main(again) == 0, "what the program has left itself may go"
+    changed = next(tmp_path.glob("*.csv"))
+    changed.write_text(changed.read_text() + "mine")
+    assert cli.main(again) == 2
+    assert changed.read_text().endswith("mine")
+
+
 def test_load_cases_that_are_overwritten_leave_files_of_others_alone(tmp_path):
     put(tmp_path, FOREIGN)
     cases = ["--set", 'load.cases=[{name="push", direction="+x"}, {name="pull", direction="-x"}]']
