@@ -97,15 +97,16 @@ def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None
     """Return displacements along the live load in m, all above 0, and multipliers (s, 2) of rigid blocks there: those
     that were followed or, of walls that were not pushed, a line with the slope of the beginning.
 
-    None where that has none, as joints hold unpressed, until they break, or crush.
+    None where that has none, as joints hold unpressed, until they break, or crush, or no limit state was closed.
     """
-    known, joints = analysis.rigid_curve, assemblage.joints
+    known, joints, state = analysis.rigid_curve, assemblage.joints, analysis.headline
     if known is not None:
         return known[known[:, 0] > 0.0] if (known[:, 0] > 0.0).any() else None
     holds = joints.cohesion.any() or joints.tensile_strength.any()
-    if holds or np.isfinite(joints.compressive_strength).any():
+    closed = state.converged and state is not analysis.associative
+    if holds or not closed or np.isfinite(joints.compressive_strength).any():
         return None
     free = np.vstack([block.polygon for block in assemblage.wall.blocks if not block.fixed])
     moved = np.geomspace(LEAST_MOVED, 1.0, MOTIONS) * DRIFT * float(np.ptp(free[:, 1]))
-    slope = softening_slope(assemblage, analysis.loads, analysis.headline)
-    return np.column_stack([moved, analysis.headline.load_multiplier + slope * moved])
+    slope = softening_slope(assemblage, analysis.loads, state)
+    return np.column_stack([moved, state.load_multiplier + slope * moved])
