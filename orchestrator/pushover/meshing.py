@@ -68,8 +68,7 @@ class BodyMeshes:
     body_of_node (m,), body_of_tetrahedron (t,); nodes and tetrahedra of a body are contiguous, bodies in order.
     side_triangles (f, 3): boundary triangles on the extruded outline, outward orientation (right-hand rule);
     body_of_side (f,); side_edge (f,): the edge of its body's rings that each lies on (numbered as in bodies.py).
-    unit_weight (bodies,) in N/m3 of the moving bodies.
-    distinct_shapes: how many different meshes were generated.
+    unit_weight (bodies,) in N/m3 of the moving bodies. distinct_shapes: how many different meshes were generated.
     """
 
     nodes: FloatArray
@@ -229,9 +228,7 @@ def _grow(field: Any, outline: list[int], size: float, growth: float, shape: Cut
     field.setString(length, "F", f"{size:.17g} + {growth:.17g} * {beyond}")
     if shape.cuts:
         lengths = [length, _from_outline(field, outline, size, GROWTH)]
-        if shape.bends:
-            even = _from_outline(field, outline, size, 0.0)
-            lengths += [_within(field, even, *circle) for circle in shape.bends]
+        lengths += [_within(field, _from_outline(field, outline, size, 0.0), *circle) for circle in shape.bends]
         length = field.add("Min")
         field.setNumbers(length, "FieldsList", lengths)
     field.setAsBackgroundMesh(length)
@@ -241,16 +238,14 @@ def _from_outline(field: Any, outline: list[int], size: float, growth: float) ->
     """Add elements as long as the nearest of the outline, up to `size` and, over the distance, by `growth` longer."""
     near = field.add("Extend")
     field.setNumbers(near, "CurvesList", outline)
-    field.setNumber(near, "DistMax", FAR * size)
-    field.setNumber(near, "SizeMax", size + growth * FAR * size)
-    field.setNumber(near, "Power", 1.0)
+    for name, value in (("DistMax", FAR * size), ("SizeMax", size + growth * FAR * size), ("Power", 1.0)):
+        field.setNumber(near, name, value)
     return int(near)
 
 
 def _within(field: Any, even: int, x: float, y: float, radius: float) -> int:
     """Add the lengths of a field within a circle, and from there on longer ones."""
-    within = field.add("MathEval")
-    beyond = f"Sqrt((x - {x:.17g})^2 + (y - {y:.17g})^2) - {radius:.17g}"
+    within, beyond = field.add("MathEval"), f"Sqrt((x - {x:.17g})^2 + (y - {y:.17g})^2) - {radius:.17g}"
     field.setString(within, "F", f"F{even} + {GROWTH:.17g} * ({beyond} + Fabs({beyond})) / 2")
     return int(within)
 
