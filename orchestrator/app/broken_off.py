@@ -38,7 +38,7 @@ def located(
     said = f"stopped {place(last)}: "
     if error.stage in PHYSICAL:
         pulled = contact_model.ties is not None and bool(contact_model.ties.pretension.any())
-        tightened = "; its ties are tightened meanwhile: lower reinforcement.ties.pretension" if pulled else ""
+        tightened = "; its ties are tightened meanwhile (reinforcement.ties.pretension)" if pulled else ""
         return ConvergenceError(f"{model} FE", f"{said}{error}{tightened}", error.iterations)
     said += "no equilibrium is found for a next increment, however small, nor a motion that leads to one"
     if last is not None:

@@ -22,7 +22,7 @@ from orchestrator.limit_analysis.search.moved_joints import moved_joints
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.joints import Assemblage
 
-TURN = 1e-4
+DIFFERENCED = 1e-4
 """fastest motion, block lengths (turns times one), over which second differences are taken"""
 
 
@@ -36,7 +36,7 @@ def softening_slope(assemblage: Assemblage, loads: Loads, state: LimitState) -> 
     velocities = state.mechanism.velocities
     rates = velocities[equilibrium.free_blocks] * state.horizontal_load / (loads.live * velocities).sum()
     motion = (rates * [1.0, 1.0, equilibrium.block_length]).ravel()
-    step = TURN * equilibrium.block_length / np.abs(motion).max()
+    step = DIFFERENCED * equilibrium.block_length / np.abs(motion).max()
     joints = moved_joints(assemblage, equilibrium, np.array([0.0, 1.0]), 1.0)
     beginning, once, twice = (joints.rates(times * step * motion) for times in (0.0, 1.0, 2.0))
     parted = ((twice - 2.0 * once + beginning) / step**2).reshape(-1, 2, 2)  # joint, end, opening and slip

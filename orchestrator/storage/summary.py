@@ -174,7 +174,8 @@ class LimitSummary:
     rigid_peak: float | None = None
     """the same where it is a peak: it was passed"""
     pressed_peak: float | None = None
-    """about what is left of it as stones give way at edges that they turn about"""
+    """about what is left of it, or of the state of a wall that was not pushed so, as stones give way at edges that they
+    turn about"""
     papers_value: float | None = None
     lowest: float | None = None
     highest: float | None = None

@@ -154,10 +154,10 @@ class LimitAnalysis:
     last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
     geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
-    rigid_peak: the multiplier of its peak, None where that was not passed; pressed_peak: about what is left of it as
-    stones give way at edges that they turn about (turning_joints.py), None where that grows to the end. Where the peak
-    is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small displacements, with
-    which the interval ends.
+    rigid_peak: the multiplier of its peak, None where that was not passed; pressed_peak: about what is left of it, or
+    of a wall that was not pushed so, as stones give way at edges that they turn about (turning_joints.py), or None.
+    Where the peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
+    displacements, with which the interval ends.
     going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
     displacements of stones so soft: no multiplier counts then, unless they are wedged. ways_out: how often the path of
     what is left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag

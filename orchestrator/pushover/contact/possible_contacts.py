@@ -29,6 +29,8 @@ OFFSET = 0.05
 """share of the shorter face by which the lines of such faces may lie apart; beyond, nothing may be in between"""
 SIGHTS = (0.25, 0.5, 0.75)
 """where two faces look at each other, as shares of what is opposite; one that is free is enough"""
+BETWEEN = (0.1, 0.9)
+"""part of the way from one to the other in which nothing may be: the two themselves end it"""
 
 
 def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contacts) -> Tracking:
@@ -123,24 +125,28 @@ def _facing(bodies: Bodies, faces: Faces) -> list[tuple[int, int]]:
 
 def _see_each_other(bodies: Bodies, faces: Faces, first: IntArray, second: IntArray) -> npt.NDArray[np.bool_]:
     """Return whether no body is between opposite faces (p,), at one of SIGHTS at least."""
-    ends = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
-    along = np.sort(np.einsum("aki,ki->ak", ends, faces.tangent[first]), axis=0).clip(0.0, faces.length[first])
-    height = np.einsum("aki,ki->ak", ends, faces.normal[first]).mean(axis=0)
+    along, height = _ends_in_frame(faces, first, second)
+    along = np.sort(along, axis=0).clip(0.0, faces.length[first])
     place = along[0] + np.array(SIGHTS)[:, None] * (along[1] - along[0])
     foot = faces.start[first] + place[:, :, None] * faces.tangent[first]
-    way = height[:, None] * faces.normal[first]
-    sights = shapely.linestrings(np.stack([foot + 0.1 * way, foot + 0.9 * way], axis=2)).ravel()
+    way = height.mean(axis=0)[:, None] * faces.normal[first]
+    sights = shapely.linestrings(np.stack([foot + part * way for part in BETWEEN], axis=2)).ravel()
     outlines = [shapely.Polygon(body.exterior, body.holes) for body in bodies.bodies]
     blocked = shapely.STRtree(outlines).query(sights, predicate="intersects")[0]
     return ~np.isin(np.arange(len(sights)), blocked).reshape(len(SIGHTS), -1).all(axis=0)
 
 
+def _ends_in_frame(faces: Faces, first: IntArray, second: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return where both ends of second faces are (2, p) in m, along first ones from their starts and in front."""
+    from_start = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
+    along, height = (np.einsum("aki,ki->ak", from_start, axis[first]) for axis in (faces.tangent, faces.normal))
+    return along, height
+
+
 def _along(faces: Faces, first: IntArray, second: IntArray) -> FloatArray:
     """Return (2, p) in m: how far second faces lie from first ones along them (negative: overlap), and how far in front
     of them (negative: behind)."""
-    from_start = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
-    height = np.einsum("aki,ki->ak", from_start, faces.normal[first])
-    along = np.einsum("aki,ki->ak", from_start, faces.tangent[first])
+    along, height = _ends_in_frame(faces, first, second)
     apart = np.maximum(along.min(axis=0) - faces.length[first], -along.max(axis=0))
     crossing = height[0] * height[1] < 0.0
     nearest = np.where(np.abs(height[0]) < np.abs(height[1]), *height)

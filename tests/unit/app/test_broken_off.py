@@ -45,3 +45,19 @@ def test_what_happened_where_and_what_may_help(folder):
 def test_the_page_says_it_in_its_language(folder, language, word):
     (pushed,) = json.loads((folder / "summary.json").read_text())["pushover"]
     assert word in phrases(language)(pushed["complaint"])
+
+
+def test_a_tie_that_pulls_a_wall_over_as_it_is_tightened_is_named(tmp_path, capsys):
+    """3 kN at 1.2 m against 4.5 kN at 0.25 m; without a pretension the block stands."""
+    outlines = [[[-1, -0.2], [2, -0.2], [2, 0], [-1, 0]], [[0, 0], [0.5, 0], [0.5, 1.5], [0, 1.5]]]
+    blocks = [{"id": number, "polygon": outline, "fixed": not number} for number, outline in enumerate(outlines)]
+    values = {"name": "block", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "unit_weight": 20}
+    wall = tmp_path / "block.json"
+    wall.write_text(json.dumps(values | {"friction": 0.7, "blocks": blocks}))
+    tie = "{blocks=[1], start=['0 m', '1.2 m'], end=['-1 m', '1.2 m'], strength='9 kN', stiffness='1 kN/mm'%s}"
+    for pretension, code in ((", pretension='3 kN'", 1), ("", 0)):
+        ties = f"reinforcement.ties=[{tie % pretension}]"
+        command = ["run", str(wall), "--model", "micro", "--set", ties, "--set", "stepping.final_displacement=2mm"]
+        assert cli.main([*command, "--output", str(tmp_path / f"run{code}"), "-q"]) == code
+        printed = " ".join(capsys.readouterr().err.split())
+        assert ("its ties are tightened meanwhile (reinforcement.ties.pretension)" in printed) == bool(pretension)
