@@ -113,7 +113,7 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report, force
         report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, said))
     report(StageBegun("sensitivity", "pictures"))
     answers = {run.point.name: storage.read_json(run.file) for run in runs}
-    with storage.placed([output], source):
+    with storage.placed([output], source, force):
         return _presented(case, output, limits, [run.point for run in runs], answers)
 
 

@@ -106,7 +106,7 @@ def _study(case: Case, output: Path, spread: Spread, report: Report, force: bool
     by_partition = {key(run.segmented.partition): run for run in runs}
     rows = tuple(_table(cells, micro, by_partition))
     report(StageBegun("study", "pictures"))
-    with storage.placed([output], source):
+    with storage.placed([output], source, force):
         storage.write_csv(output / "table.csv", COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
         _draw(case, segmented, cells, by_partition[key(micro)], by_partition, output / "figures")
     complaints = (f"{run.folder.name}: {text}" for run in runs for text in _complaints(run))

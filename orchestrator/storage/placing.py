@@ -6,7 +6,7 @@ been changed since (clearing.py): a file of somebody else is never one of these,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,6 @@ from orchestrator.basis.atomic_files import sweep, together
 from orchestrator.basis.errors import CaseError
 from orchestrator.storage.clearing import (
     RECORD,
-    RESULTS,
     clear_run,
     named_in,
     read_record,
@@ -47,21 +46,21 @@ class Source:
 
 
 @contextmanager
-def placed(folders: Sequence[Path], source: Source, force: bool | None = None) -> Iterator[None]:
+def placed(folders: Sequence[Path], source: Source, force: bool) -> Iterator[None]:
     """Let what is written inside take its place at the end, and what the program has left in the folders go then.
 
-    folders: all that is written into; the first one holds the others, and results.json. force: results of runs go too;
-    False: CaseError is raised before anything is written where a file of somebody else has the name of a result (None:
-    the command has asked already).
+    folders: all that is written into; the first one holds the others, and results.json. force: results of runs go too,
+    and so do files that no command has left. Without it one of these in the place of a result raises CaseError at the
+    end, and nothing changes: only then it is known what takes a place.
     """
     folder, *others = dict.fromkeys(folders)
-    if force is False:
-        _refuse_others(folder, others)
     sweep(*(part for one in folders for part in (one, one / "figures")))
     named: dict[str, str] = {}
 
     def prepare(files: Mapping[Path, Path]) -> None:
         """Make room. Killed from here on a command leaves a part of its results, and the names of all."""
+        if not force:
+            _refuse_foreign(files, (folder, *others))
         inside = {path: temporary for path, temporary in files.items() if path.is_relative_to(folder)}
         named.update({path.relative_to(folder).as_posix(): hash_file(temporary) for path, temporary in inside.items()})
         earlier = named_in(read_record(folder))
@@ -77,11 +76,11 @@ def placed(folders: Sequence[Path], source: Source, force: bool | None = None) -
     write_json(folder / RECORD, source.record | {"files": named})
 
 
-def _refuse_others(folder: Path, others: Sequence[Path]) -> None:
-    """Raise CaseError for a file with the name of a result that no command has left so."""
-    left = {one / name: digest for one in (folder, *others) for name, digest in named_in(read_record(one))}
-    for path in (one / name for one in (folder, *others) for name in RESULTS):
-        if path.is_file() and left.get(path) != hash_file(path):
+def _refuse_foreign(files: Iterable[Path], folders: Iterable[Path]) -> None:
+    """Raise CaseError where a result would take the place of a file that no command has left as it is."""
+    left = {(one / name, digest) for one in folders for name, digest in named_in(read_record(one))}
+    for path in files:
+        if path.is_file() and (path, hash_file(path)) not in left:
             problem = "would be overwritten, and is no result or has been changed since"
             raise CaseError("", problem, "give another folder with --output, or overwrite it with --force", str(path))
 

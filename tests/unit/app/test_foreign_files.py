@@ -50,14 +50,16 @@ def test_a_run_and_what_overwrites_it_leave_files_of_others_alone(tmp_path):
 
 
 @pytest.mark.parametrize("command", ["limit", "segment"])
-def test_a_file_with_the_name_of_a_result_is_not_overwritten_without_force(tmp_path, capsys, command):
+@pytest.mark.parametrize("name", ["joint_forces.csv", "figures/mechanism.png"])
+def test_a_file_with_the_name_of_a_result_is_not_overwritten_without_force(tmp_path, capsys, command, name):
     """One of somebody else, and a result to which somebody has added something."""
-    mine = tmp_path / "joint_forces.csv"
+    mine = tmp_path / name
+    mine.parent.mkdir(exist_ok=True)
     mine.write_text("mine")
     again = [command, TOWER, "--output", str(tmp_path)]
     assert cli.main(again) == 2
     assert f"{mine}: would be overwritten, and is no result or has been changed since" in capsys.readouterr().err
-    assert (files_in(tmp_path), mine.read_text()) == ({"joint_forces.csv"}, "mine")
+    assert (files_in(tmp_path), mine.read_text()) == ({name}, "mine")
     assert cli.main([*again, "--force"]) == 0
     assert cli.main(again) == 0, "what the program has left itself may go"
     changed = next(tmp_path.glob("*.csv"))

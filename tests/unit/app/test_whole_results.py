@@ -119,11 +119,14 @@ def test_files_of_others_stay_whatever_they_are_called(tmp_path, command):
     assert call(command, output=tmp_path) == 0
     (tmp_path / "section_forces.csv").write_text("mine, now")
     assert call("limit", *IN_SPACE, output=tmp_path / "space") == 0
-    assert call("limit", *ROUGH, output=tmp_path) == 0
+    assert call("limit", *ROUGH, output=tmp_path) == 2, "it has a section_forces.csv of its own"
+    assert call("limit", *ROUGH, "--force", output=tmp_path) == 0
     assert {name: (tmp_path / name).read_text() for name in mine} == dict.fromkeys(mine, "mine")
     (tmp_path / "section_forces.csv").write_text("mine, now")
     (tmp_path / "figures" / "mechanism.svg").unlink()
     (tmp_path / "figures" / "mechanism.svg").symlink_to(tmp_path / "verdict.csv")
+    assert call("limit", "--set", "load.direction=+z", output=tmp_path) == 2, "it has a collapse.html of its own"
+    (tmp_path / "collapse.html").unlink()
     assert call("limit", "--set", "load.direction=+z", output=tmp_path) == 0
     assert (tmp_path / "section_forces.csv").read_text() == "mine, now"
     assert (tmp_path / "verdict.csv").read_text() == "mine"
