@@ -34,7 +34,7 @@ from orchestrator.limit_analysis.search.elastic_contact import (
 )
 from orchestrator.limit_analysis.search.nearest_state import Closing
 from orchestrator.limit_analysis.search.overdamped import Moved
-from orchestrator.limit_analysis.search.pushing import HELD, STEPS, Pushing, Way
+from orchestrator.limit_analysis.search.pushing import DROP, HELD, STEPS, Pushing, Way
 
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
@@ -92,20 +92,22 @@ class StateSearch(Pushing):
         self.closing = Closing(problem, joint_stiffness(self.wall))
 
     def closed(self, last: Moved, motion: Moved, load_step: float) -> Moved | None:
-        """Return the limit state that a motion goes on to, or else the one nearest to the last equilibrium.
+        """Return the limit state nearest to a motion, or else the one nearest to the last equilibrium.
 
-        The latter (nearest_state.py) counts within HELD of its multiplier.
+        Of those that are mechanisms. The former counts within DROP below the load that was held, the latter within HELD
+        of its own (nearest_state.py).
         """
-        if self.is_mechanism(motion):
-            met = [here for here in self.followed(motion, load_step) if here.state is not None]
-            if met:
-                return min(met, key=lambda one: one.flow)
-        if not self.is_mechanism(last):
-            return None
-        state, within = self.states(last.position, last.change, last.multiplier)[0], HELD * STEPS * load_step
-        low, high = (state.load_multiplier + sign * within / self.wall.problem.per_multiplier for sign in (-1, 1))
-        near = self.closing.near(state, state.mechanism.slip, low, high)
-        return None if near is None else replace(last, state=near)
+        within = HELD * STEPS * load_step
+        for here, below in ((motion, DROP * motion.multiplier), (last, within)):
+            if not self.is_mechanism(here):
+                continue
+            state = self.states(here.position, here.change, here.multiplier)[0]
+            ends = (here.multiplier - below, here.multiplier + within)
+            low, high = (end / self.wall.problem.per_multiplier for end in ends)
+            near = self.closing.near(state, state.mechanism.slip, low, high)
+            if near is not None:
+                return replace(here, state=near)
+        return None
 
     def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
         """Return forces with the mechanism that fits them best, or else with their motion, if that passes the check."""
