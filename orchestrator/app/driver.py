@@ -158,11 +158,8 @@ def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
 
 
 def refuse_own_input(case: Case, output: Path) -> None:
-    """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
-    for read, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
-        if (output / name).exists() and (output / name).samefile(read):
-            problem = "is what this run is given, and would be overwritten"
-            raise CaseError("", problem, "give another folder with --output", str(output / name))
+    """Raise CaseError where a run would write its case.toml or blocks.json over a file that it is given."""
+    storage.refuse_input((output / "case.toml", output / "blocks.json"), (case.file, case.block_file))
 
 
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:

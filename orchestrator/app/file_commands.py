@@ -30,9 +30,7 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     texts = {name: getattr(options, name) for name in options.reading}
     refused, picture = (options.output.with_name(f"{options.output.stem}_{name}") for name in ("refused", "imported"))
     written = (options.output, *_drawn(picture))
-    for path in (*written, *_drawn(refused)):
-        if path.exists() and options.file.exists() and path.samefile(options.file):
-            raise CaseError("--output", f"{path}, which it would write, is the file to import", "give another name")
+    storage.refuse_input((*written, *_drawn(refused)), [options.file])
     for path in written:
         storage.try_file(path, options.force)
     from orchestrator.app import space_intake as in_space
@@ -121,9 +119,7 @@ def export(options: argparse.Namespace, console: Console) -> int:
         if not 0 <= options.multiplier < 1e3:
             problem = f"{options.multiplier:g} is not a multiplier"
             raise CaseError("--multiplier", problem, "give one from 0 on, as in 0.3")
-    for read in (case.file, case.block_file):
-        if output.exists() and read.exists() and output.samefile(read):
-            raise CaseError("--output", f"{output} is what the case is read from", "give another name")
+    storage.refuse_input([output], (case.file, case.block_file))
     storage.try_file(output, options.force)
     with shown(console, "export", "limit analysis, meshes and file"):
         exports.export(case, driver.segment(case), options.model, kind, options.multiplier, output)

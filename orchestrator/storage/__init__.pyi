@@ -13,7 +13,7 @@ from .files import (
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import counts, reasons, remarks
-from .outputs import held, holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
+from .outputs import held, holds_run, refuse_input, refuse_overwriting_run, refuse_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .parts import parts_in, refuse_other_parts
 from .placing import Source, placed, refuse_other_points
@@ -69,6 +69,7 @@ __all__ = [
     "read_summary",
     "read_ties",
     "reasons",
+    "refuse_input",
     "refuse_other_parts",
     "refuse_other_points",
     "refuse_overwriting_run",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -74,6 +74,15 @@ def refuse_run(folder: Path) -> None:
     """Raise CaseError for a folder that holds the results of a run, which a study would write its own among."""
     if holds_run(folder):
         raise CaseError("--output", "holds the results of a run", "give another --output", str(folder))
+
+
+def refuse_input(paths: Iterable[Path], read: Iterable[Path]) -> None:
+    """Raise CaseError for a file that a command would write over one that it reads, which nothing allows."""
+    inputs = [one for one in read if one.exists()]
+    for path in paths:
+        if path.exists() and any(path.samefile(one) for one in inputs):
+            problem = "is read by this command, and would be overwritten"
+            raise CaseError("", problem, "give another name or folder with --output", str(path))
 
 
 def try_file(path: Path, force: bool) -> None:

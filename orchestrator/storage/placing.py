@@ -23,6 +23,7 @@ from orchestrator.storage.clearing import (
     remove_recorded,
 )
 from orchestrator.storage.files import hash_file, plain, write_json
+from orchestrator.storage.outputs import refuse_input
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,8 +60,10 @@ def placed(folders: Sequence[Path], source: Source, force: bool) -> Iterator[Non
 
     def prepare(files: Mapping[Path, Path]) -> None:
         """Make room. Killed from here on a command leaves a part of its results, and the names of all."""
+        written = (*files, folder / RECORD)
+        refuse_input(written, source.files)
         if not force:
-            _refuse_foreign(files, (folder, *others))
+            _refuse_foreign(written, (folder, *others))
         inside = {path: temporary for path, temporary in files.items() if path.is_relative_to(folder)}
         named.update({path.relative_to(folder).as_posix(): hash_file(temporary) for path, temporary in inside.items()})
         earlier = named_in(read_record(folder))
@@ -78,7 +81,9 @@ def placed(folders: Sequence[Path], source: Source, force: bool) -> Iterator[Non
 
 def _refuse_foreign(files: Iterable[Path], folders: Iterable[Path]) -> None:
     """Raise CaseError where a result would take the place of a file that no command has left as it is."""
-    left = {(one / name, digest) for one in folders for name, digest in named_in(read_record(one))}
+    records = {one: read_record(one) for one in folders}
+    left = {(one / name, digest) for one, record in records.items() for name, digest in named_in(record)}
+    left |= {(one / RECORD, hash_file(one / RECORD)) for one, record in records.items() if "command" in record}
     for path in files:
         if path.is_file() and (path, hash_file(path)) not in left:
             problem = "would be overwritten, and is no result or has been changed since"

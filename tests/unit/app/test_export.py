@@ -189,5 +189,5 @@ def test_what_a_case_is_read_from_is_not_overwritten(tmp_path, capsys):
     for source, output in ((blocks, blocks), (case, blocks), (case, case)):
         before = output.read_bytes()
         assert main(["export", str(source), "--format", "calculix", "--output", str(output), "--force"]) == 2
-        assert f"--output: {output} is what the case is read from" in capsys.readouterr().err
+        assert f"{output}: is read by this command" in capsys.readouterr().err
         assert output.read_bytes() == before

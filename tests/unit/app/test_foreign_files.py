@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -50,7 +51,7 @@ def test_a_run_and_what_overwrites_it_leave_files_of_others_alone(tmp_path):
 
 
 @pytest.mark.parametrize("command", ["limit", "segment"])
-@pytest.mark.parametrize("name", ["joint_forces.csv", "figures/mechanism.png"])
+@pytest.mark.parametrize("name", ["joint_forces.csv", "figures/mechanism.png", "results.json"])
 def test_a_file_with_the_name_of_a_result_is_not_overwritten_without_force(tmp_path, capsys, command, name):
     """One of somebody else, and a result to which somebody has added something."""
     mine = tmp_path / name
@@ -66,6 +67,17 @@ def test_a_file_with_the_name_of_a_result_is_not_overwritten_without_force(tmp_p
     changed.write_text(changed.read_text() + "mine")
     assert cli.main(again) == 2
     assert changed.read_text().endswith("mine")
+
+
+@pytest.mark.parametrize("command", ["limit", "segment"])
+def test_the_wall_that_is_read_is_not_overwritten(tmp_path, capsys, command):
+    """Not even with --force, be it named like a result."""
+    wall = tmp_path / "results.json"
+    wall.write_bytes(Path(TOWER).read_bytes())
+    assert cli.main([command, str(wall), "--output", str(tmp_path), "--force"]) == 2
+    assert f"{wall}: is read by this command, and would be overwritten" in capsys.readouterr().err
+    assert wall.read_bytes() == Path(TOWER).read_bytes()
+    assert files_in(tmp_path) == {"results.json"}
 
 
 def test_load_cases_that_are_overwritten_leave_files_of_others_alone(tmp_path):

@@ -55,13 +55,13 @@ def test_a_run_does_not_overwrite_what_it_is_given(tmp_path, wall, capsys, own):
     case.write_text(f"{MICRO}# my comment\n[wall]\nblocks = '{wall.name}'\n")
     before = {path: path.read_bytes() for path in folder.iterdir()}
     line = complaint(capsys, 2, "run", case, "--output", folder)
-    assert f"{folder / own}: is what this run is given" in line
+    assert f"{folder / own}: is read by this command" in line
     assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 
 def test_import_does_not_overwrite_what_it_reads(wall, capsys):
     before = wall.read_bytes()
-    assert "is the file to import" in complaint(capsys, 2, "import", wall, "--output", wall)
+    assert "is read by this command" in complaint(capsys, 2, "import", wall, "--output", wall)
     assert wall.read_bytes() == before
 
 

@@ -27,7 +27,7 @@ def test_import_never_writes_over_the_picture_it_reads(tmp_path, capsys, name, f
     assert source.read_bytes() == before
     assert output.exists() == (name == "wall.png")
     said = capsys.readouterr()
-    assert (f"{source}, which it would write, is the file to import" in said.err) == (name != "wall.png")
+    assert (f"{source}: is read by this command" in said.err) == (name != "wall.png")
 
 
 def test_an_imported_block_file_keeps_what_it_says_for_people(tmp_path):
