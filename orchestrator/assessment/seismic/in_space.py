@@ -9,16 +9,16 @@ import numpy as np
 from orchestrator.assessment.seismic.kinematic import (
     activation_acceleration,
     as_bodies,
-    participation,
     participation_used,
+    participation_with,
 )
 from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.loads.dead_loads import no_mass_words
-from orchestrator.space.analysis import SpaceAnalysis
+from orchestrator.space.analysis import SpaceAnalysis, SpaceState
 from orchestrator.space.loads import SpaceLoadSettings, direction_of, masses_on, placed_dead_loads
-from orchestrator.space.mechanism import SpaceMechanism, mechanism_of
+from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.wall import SpaceWall
 
 HORIZONTAL = 1e-9
@@ -51,8 +51,7 @@ def starts_at(load: SpaceLoadSettings, analysis: SpaceAnalysis) -> StartsAt | st
         return HEADLINE_ONLY if analysis.looked_for == "headline" else BOUND_ONLY
     if lowest is None:
         return UPPER_BOUND
-    mechanism = mechanism_of(analysis.assemblage, lowest.velocities)
-    found = participation_in_space(analysis.assemblage.wall, load, mechanism, lowest.velocities)
+    found = participation_in_space(analysis, load, lowest)
     used = participation_used(found)
     acceleration = activation_acceleration(lowest.load_multiplier, used, 1.0)
     return StartsAt(lowest.load_multiplier, found, used, acceleration)
@@ -70,16 +69,30 @@ def not_accelerated_in_space(wall: SpaceWall, load: SpaceLoadSettings) -> list[s
     return no_mass_words(sum(weights.values()), list(weights))
 
 
-def participation_in_space(
-    wall: SpaceWall, load: SpaceLoadSettings, mechanism: SpaceMechanism, velocities: FloatArray
-) -> float:
-    """Return e* [C8.7.1.5] of a mechanism with velocities (n, 6) of all blocks, under a load that is part of gravity.
+def participation_in_space(analysis: SpaceAnalysis, load: SpaceLoadSettings, state: SpaceState) -> float:
+    """Return e* [C8.7.1.5] of the mechanism of a state under a load that is part of gravity.
 
     Blocks that move as one are one body; what rests on one body is another one, at its own place (the Q_k of
     C8.7.1.2.1.1 beside its P_k).
     """
+    wall, velocities = analysis.assemblage.wall, state.velocities
+    mechanism = mechanism_of(analysis.assemblage, velocities)
     direction, masses = direction_of(load, wall.up), masses_on(wall, load)
     body = mechanism.body[masses.block]
     number = np.where(masses.own, body, body + mechanism.body.max() + 1)
     moved = velocity_of_points(velocities[masses.block], masses.point - wall.centroids[masses.block])
-    return participation(*as_bodies(masses.weight, moved, number, direction))
+    weight, delta = as_bodies(masses.weight, moved, number, direction)
+    live = state.load_multiplier * float(np.sum(analysis.loads.live * velocities))
+    return participation_with(weight, delta, lifting(wall, load, velocities), live)
+
+
+def lifting(wall: SpaceWall, load: SpaceLoadSettings, velocities: FloatArray) -> float:
+    """Return the power (W) that lifts weights and dead loads of blocks with velocities (n, 6).
+
+    The part of a thrust that is along the ground lifts nothing.
+    """
+    power = float(wall.weights @ (velocities[:, :3] @ wall.up))
+    for block, point, force, _ in placed_dead_loads(wall, load):
+        moved = velocity_of_points(velocities[block], point - wall.centroids[block])
+        power -= float((force @ wall.up) * (moved @ wall.up))
+    return power

@@ -10,6 +10,9 @@
                         S_De(T, damping 8 %, 10 %) <= d                                      C8.7.1.2.1.8, [C8.7.1.12]
 
 W are the weights of all masses that the live load acts on, delta their virtual horizontal displacements.
+
+Bodies that only slide have e* = 1, whatever their speeds: those of different speeds are each at the limit by itself, so
+that they move as one at the same alpha_0, and of mechanisms with one alpha_0 that with the largest e* starts first.
 """
 
 from __future__ import annotations
@@ -28,6 +31,8 @@ MECHANISM_SPEED = 0.1
 """bodies slower than this part of the fastest do not belong to the mechanism"""
 LOW_PARTICIPATION = 0.75
 """participation below which e* says more of slow bodies than of the mechanism"""
+LIFTS = 0.01
+"""part of the live load's power that lifts weights up to which a mechanism only slides"""
 ONE_TURN = 0.01
 """rotation rates that differ by no more than this part of the largest are one; what is that slow, over the fastest,
 rests"""
@@ -76,7 +81,8 @@ def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatAr
     balance = None if balance is None or balance > reach else balance
     one_turn = turns_as_one(dead, reach)
     known = balance if one_turn else None
-    return Kinematics(multiplier, participation(weight, delta), len(weight), known, friction / live, one_turn)
+    share = participation_with(weight, delta, live - friction, live)
+    return Kinematics(multiplier, share, len(weight), known, friction / live, one_turn)
 
 
 def as_bodies(
@@ -108,6 +114,11 @@ def at_centroids(masses: Moving) -> Moving:
 def participation(weight: FloatArray, delta: FloatArray) -> float:
     """Return e* of weights (b,) with virtual displacements delta (b,) along the load [C8.7.1.5]."""
     return float((weight @ delta) ** 2 / (weight.sum() * (weight @ delta**2)))
+
+
+def participation_with(weight: FloatArray, delta: FloatArray, lifting: float, live: float) -> float:
+    """Return e* of bodies of which the live load's power lifts weights in part (lifting, live: both in one unit)."""
+    return participation(weight, delta) if lifting > LIFTS * live else 1.0
 
 
 def participation_used(found: float) -> float:

@@ -22,9 +22,9 @@ from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from tests.support.space_walls import CUBE, GROUND, block_file_of, wall_of
 
 
-def kinematic_line(tmp_path, capsys, shapes, *loads) -> str:
+def kinematic_line(tmp_path, capsys, shapes, *loads, friction=0.6) -> str:
     """What `limit` says of the kinematic verification of shapes on the ground, "" where it says nothing."""
-    (tmp_path / "wall.json").write_text(json.dumps(block_file_of([GROUND, *shapes])))
+    (tmp_path / "wall.json").write_text(json.dumps(block_file_of([GROUND, *shapes], friction)))
     case = tmp_path / "case.toml"
     case.write_text("\n".join(('[wall]\nblocks = "wall.json"\n[load]', *loads)))
     assert cli.main(["limit", str(case), "--output", str(tmp_path / "out"), "--force"]) == 0
@@ -40,6 +40,13 @@ def test_one_body_has_one_participation_however_many_stones_it_is_made_of(tmp_pa
     assert "e* = 1.000; a0* = λ g / e* = 1.962 m/s2 (0.200 g)" in kinematic_line(
         tmp_path, capsys, shapes, 'direction = "+y"'
     )
+
+
+def test_slabs_that_slide_start_at_the_friction(tmp_path, capsys):
+    """Five of them, all at the limit at 0.1: whatever share each slides by, all may slide on the ground."""
+    slabs = [box((0.0, 0.0, 0.5 * k), (2.0, 0.6, 0.5 * k + 0.5)) for k in range(5)]
+    said = kinematic_line(tmp_path, capsys, slabs, 'direction = "+x"', friction=0.1)
+    assert "e* = 1.000; a0* = λ g / e* = 0.981 m/s2 (0.100 g)" in said
 
 
 def test_a_mass_takes_part_where_it_rests_on_the_wall(tmp_path, capsys):

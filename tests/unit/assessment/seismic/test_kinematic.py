@@ -23,11 +23,19 @@ def test_participation_by_hand():
     assert participation(np.ones(2), np.array([1.0, 3.0])) == pytest.approx(0.8)
 
 
+def test_what_only_slides_has_a_participation_of_one_at_any_speeds():
+    """Slabs on each other that slide at 0.3, by shares that nothing decides: all may slide on the lowest bed."""
+    weight, body = np.full(3, 10e3), np.arange(3)
+    slabs = Moving(weight, np.array([[1.0, 0, 0], [1.7, 0, 0], [3.0, 0, 0]]), body)
+    assert participation(weight, slabs.velocities[:, 0]) < 0.85
+    assert kinematics(0.3, slabs, slabs, FORWARD).participation == 1.0
+
+
 def test_slow_bodies_are_not_in_the_mechanism_and_fast_ones_are_whatever_the_scale():
     weight, body = np.array([10e3, 10e3, 99e3]), np.arange(3)
-    velocity = np.array([[1.0, 0, 0], [3.0, 0, 0], [0.02, 0, 0]])
+    velocity = np.array([[1.0, 0.2, 0], [3.0, 0.6, 0], [0.02, 0, 0]])  # up a slope
     for scale in (1.0, -7.0):
-        masses = Moving(weight, scale * velocity, body)
+        masses = Moving(weight, velocity * [scale, abs(scale), 1.0], body)
         found = kinematics(0.65, masses, masses, np.sign(scale) * FORWARD)
         assert found.participation == pytest.approx(0.8)
         assert found.bodies == 2

@@ -18,7 +18,7 @@ from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.wall import Wall
 from tests.support.limit_analysis_cases import answers, case
-from tests.support.walls import upright
+from tests.support.walls import of_file, upright
 
 FORWARD = np.array([1.0, 0.0])
 
@@ -317,3 +317,13 @@ def test_a_small_participation_raises_no_ratio(displacement):
         assert high["safety_ratio"] > whole["safety_ratio"]
         assert any("the check is that of e* = 1" in text for text in low["remarks"])
     assert len(rows(0.5)) == (1 if displacement is None else 2)
+
+
+@pytest.mark.parametrize("direction", ["+x", "-x"])
+def test_slabs_that_slide_start_at_their_friction(direction):
+    """Five of them are at the limit at 0.3 all at once; solvers share the slip out at will (e* was 0.77 to 0.92)."""
+    assemblage, load = of_file("tower_slide_5_blocks"), LoadSettings(direction=direction)
+    analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
+    found = loads_in_mechanism(assemblage, load, LimitAnalysisSettings(), analysis).kinematics
+    assert found.multiplier == pytest.approx(0.3, rel=1e-6)
+    assert found.participation == 1.0
