@@ -147,12 +147,12 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
     live load, and both torsions."""
     headline, interval = analysis.headline, analysis.range
     shown = analysis.shown
-    corners, uniform = analysis.associative.load_multiplier, analysis.other_torsion
+    corners, uniform = analysis.bound, analysis.other_torsion
     if analysis.torsion == "uniform":
         corners, uniform = uniform, corners
     return {
         "direction": analysis.loads.direction,
-        "associative": analysis.associative.load_multiplier,
+        "associative": analysis.bound if math.isfinite(analysis.bound) else None,
         "non_associative": headline.load_multiplier if headline else None,
         "non_associative_range": list(interval) if interval else None,
         "iterations": len(analysis.states),
@@ -177,9 +177,9 @@ def table(analysis: SpaceAnalysis) -> Table:
     load = "base shear\nkN" if analysis.upright_load is None else "live load\nkN"
     for column in ("", "multiplier", load, "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
         result.add_column(column, justify="right" if column else "left", no_wrap=True)
-    lowest = min((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
-    highest = max((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
-    named = {"associative (bound)": analysis.associative}
+    lowest = min((s for s in analysis.states if s.counts), key=lambda s: s.load_multiplier, default=None)
+    highest = max((s for s in analysis.states if s.counts), key=lambda s: s.load_multiplier, default=None)
+    named = {} if analysis.associative is None else {"associative (bound)": analysis.associative}
     other = "uniform" if analysis.torsion == "corners" else "corners"
     for state in analysis.states:
         if state.name in PUSHES:
@@ -216,7 +216,8 @@ class InDirection:
         if self.gap:
             return said + self.gap
         without = "no state found" if math.isnan(self.headline) else f"{self.headline:.4f}"
-        return f"{said}associative {self.associative:.4f}, without dilation {without}"
+        bound = HELD if math.isnan(self.associative) else f"{self.associative:.4f}"
+        return f"{said}associative {bound}, without dilation {without}"
 
 
 def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) -> InDirection:
@@ -229,7 +230,7 @@ def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) ->
     except ConvergenceError as error:
         return InDirection(angle, gap=f"not found, {error}")
     headline = found.headline.load_multiplier if found.headline else math.nan
-    return InDirection(angle, found.associative.load_multiplier, headline)
+    return InDirection(angle, found.bound if math.isfinite(found.bound) else math.nan, headline)
 
 
 def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Callable[[str], None]) -> Path:

@@ -41,8 +41,8 @@ DISTRIBUTIONS: dict[Distribution, str] = {
 
 def torsions_differ(analysis: SpaceAnalysis) -> bool:
     """Return whether both ways of twisting have bounds that are told apart."""
-    one, other = analysis.associative.load_multiplier, analysis.other_torsion
-    return abs(one - other) > BRACKET * abs(one)
+    one, other = analysis.bound, analysis.other_torsion
+    return abs(one - other) > BRACKET * min(one, other)
 
 
 def bound_words(multiplier: float, digits: int) -> str:
@@ -54,7 +54,7 @@ def figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     """Return the multipliers and what is applied at the one that counts."""
     headline, interval = analysis.headline, analysis.range
     none = "not looked for" if analysis.looked_for == "none" else "no state found"
-    rows = [("associative multiplier (bound)", f"{analysis.associative.load_multiplier:.4f}")]
+    rows = [("associative multiplier (bound)", bound_words(analysis.bound, 4))]
     if torsions_differ(analysis):
         other = TWISTS["uniform" if analysis.torsion == "corners" else "corners"]
         rows.append((f"the same, joints twist as under {other}", bound_words(analysis.other_torsion, 4)))

@@ -85,7 +85,7 @@ def _without(analysis: LimitAnalysis) -> str:
 
 def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
     """Return the same sentence on a limit analysis in space, and one more where the way joints twist decides."""
-    state, bound = analysis.shown, analysis.associative.load_multiplier
+    state, bound = analysis.shown, analysis.bound
     multiplier = state.load_multiplier
     shear = applied_words(multiplier, analysis.horizontal_load, analysis.upright_load)
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}, "
@@ -123,7 +123,7 @@ def _why(
     searched: whether lower states were looked for; is_safest: whether nothing lower is known of the wall.
     """
     why = "a collapse state with friction that does not dilate; "
-    if holds and bound - low <= ALIKE * bound:
+    if holds and low >= (1.0 - ALIKE) * bound:
         done = "found" if searched else "looked for"
         return f"{why}it reaches the associative upper bound{of_what}, and no lower one was {done}."
     if high - low <= ALIKE * high:
@@ -135,6 +135,8 @@ def _why(
 
 def _bounds(bound: float, holds: bool, of_what: str) -> str:
     """Return that the associative multiplier is an upper bound, or why it is none; of_what as of `_why`."""
+    if bound == inf:
+        return "there is no upper bound, as sliding that dilates is held by any load."
     if holds:
         return f"the associative {_limit(bound)} is an upper bound{of_what}."
     return f"the associative {_limit(bound)} is no upper bound, as stones bear where there is no joint."

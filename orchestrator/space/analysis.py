@@ -10,7 +10,8 @@ Every state is validated from geometry, forces and velocities (validation.py) be
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 from time import perf_counter
 from typing import Annotated, Literal
 
@@ -20,6 +21,7 @@ from annotated_types import Gt
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import ConvergenceError
+from orchestrator.basis.printed import as_lambda
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import GRAVITY_TOLERANCE, refuse_the_verge
 from orchestrator.limit_analysis.remarks import no_rest_words
@@ -31,9 +33,10 @@ from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
-from orchestrator.space.resistance import associative_optimum, multiplier_or_held
+from orchestrator.space.resistance import UnresistedError, associative_optimum, moves, multiplier_or_held
 from orchestrator.space.springs import depth_stiffness, springs_of
-from orchestrator.space.validation import LIMITS, Validation, validate
+from orchestrator.space.states import SpaceState, state_of
+from orchestrator.space.validation import LIMITS
 
 Report = Callable[[str], None]
 BRACKET = 0.01
@@ -57,6 +60,11 @@ ONE_ANSWER = 0.01
 LEAST = 1e-4
 """live load, mean block weights, below which the end of a push is no state but for rounding, and none that was closed
 from it without it is the wall's"""
+HELD_UP = "states at λ = {} are of loose stones that the live load would have to hold up: no capacities of the wall"
+DILATION_HOLDS = (
+    "WARNING: any load in this direction holds sliding that dilates, by which joints press ever more: there is no "
+    "upper bound, and a wall whose joints are pressed beforehand may bear more than the states found"
+)
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -77,35 +85,16 @@ class SpaceLimitSettings(Checked):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SpaceState:
-    """Multiplier, forces (p, 3) in N and velocities (n, 6) of all blocks at unit live-load power; `name` says what
-    found it, `error` why it is none ("" for a state)."""
-
-    name: str
-    load_multiplier: float
-    forces: FloatArray
-    velocities: FloatArray
-    validation: Validation
-    seconds: float
-    error: str = ""
-
-    @property
-    def valid(self) -> bool:
-        """Whether this is a limit state without dilation."""
-        return not self.error
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class SpaceAnalysis:
-    """associative: bound and mechanism; other_torsion: the multiplier with the other torsion, infinite where it holds
-    the wall; states: what was found without dilation, the headline's push first; looked_for: which of them were looked
-    for. weight (N) of the free blocks. seconds in all. going_down: ids of blocks that go down under the dead load
-    unless they are wedged: whether the wall stands is open."""
+    """associative: bound and mechanism, None where any load holds sliding that dilates; other_torsion: the multiplier
+    with the other torsion, infinite where it holds the wall; states: what was found without dilation, the headline's
+    push first; looked_for: which of them were looked for. weight (N) of the free blocks. seconds in all. going_down:
+    ids of blocks that go down under the dead load unless they are wedged: whether the wall stands is open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads
     torsion: Torsion
-    associative: SpaceState
+    associative: SpaceState | None
     other_torsion: float
     states: tuple[SpaceState, ...]
     weight: float
@@ -118,7 +107,7 @@ class SpaceAnalysis:
     def headline(self) -> SpaceState | None:
         """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
         the first state that the end of a push was closed to."""
-        valid = [state for state in self.states if state.valid]
+        valid = [state for state in self.states if state.counts]
         pushes = [state for state in valid if state.name in PUSHES]
         if not pushes:
             return valid[0] if valid else None
@@ -129,13 +118,13 @@ class SpaceAnalysis:
     @property
     def lowest(self) -> SpaceState | None:
         """The lowest state found."""
-        valid = [state for state in self.states if state.valid]
+        valid = [state for state in self.states if state.counts]
         return min(valid, key=lambda state: state.load_multiplier, default=None)
 
     @property
     def range(self) -> tuple[float, float] | None:
         """Lowest and highest state found."""
-        multipliers = [state.load_multiplier for state in self.states if state.valid]
+        multipliers = [state.load_multiplier for state in self.states if state.counts]
         return (min(multipliers), max(multipliers)) if multipliers else None
 
     @property
@@ -149,9 +138,16 @@ class SpaceAnalysis:
         return self.loads.upright(self.assemblage.wall.up)
 
     @property
+    def bound(self) -> float:
+        """The associative multiplier, which no state exceeds: infinite where there is none."""
+        return inf if self.associative is None else self.associative.load_multiplier
+
+    @property
     def shown(self) -> SpaceState:
         """The state whose mechanism is drawn: the headline, else the associative one."""
-        return self.headline or self.associative
+        state = self.headline or self.associative
+        assert state is not None, "an analysis without either is not returned"
+        return state
 
 
 def analyse(
@@ -170,20 +166,29 @@ def analyse(
     report("whether it stands is open" if falling else "joint forces can balance its dead load")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = multiplier_or_held(equilibrium_of(assemblage, loads, other))
-    optimum = associative_optimum(equilibrium, other_torsion)
-    associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
-    report(f"associative multiplier {optimum.load_multiplier:.5f}")
+    optimum = associative = unresisted = None
+    try:
+        optimum = associative_optimum(equilibrium, other_torsion)
+        associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
+        report(f"associative multiplier {optimum.load_multiplier:.5f}")
+    except UnresistedError as error:  # a state without dilation is the only answer, then
+        unresisted = error
+        settings = replace(settings, states="headline") if settings.states == "none" else settings
     states: list[SpaceState] = []
     remarks = [no_rest_words(listed(falling), len(falling))] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
         states += search.pushes()
-        if settings.states == "range" or not any(state.valid for state in states):
+        if settings.states == "range" or not any(state.counts for state in states):
             for state in search.others():
                 states.append(state)
-                if state.valid and settings.states == "headline":
+                if state.counts and settings.states == "headline":
                     break
-        remarks += _remarks(states)
+        if unresisted is not None and not any(
+            state.counts and moves(equilibrium, state.velocities) for state in states
+        ):
+            raise unresisted
+        remarks += [DILATION_HOLDS] * (unresisted is not None) + _remarks(states)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
     analysis = SpaceAnalysis(
         assemblage=assemblage,
@@ -212,7 +217,7 @@ class _Search:
         loads: SpaceLoads,
         equilibrium: SpaceEquilibrium,
         gravity: FloatArray,
-        associative: ConicSolution,
+        associative: ConicSolution | None,
         seconds: float,
         report: Report,
     ) -> None:
@@ -249,7 +254,7 @@ class _Search:
 
     def others(self) -> Iterator[SpaceState]:
         """Yield what else is found, from the ends of the pushes, from the path of smoothed contact or the shift."""
-        smoothed = [] if self._small else self._smoothed(self._flow)
+        smoothed = [] if self._small or self._associative is None else self._smoothed(self._flow, self._associative)
         for name, slip in smoothed + self._starts:
             yield from self._closed(name, slip, self._until(SHARES[2]))
         if not self._small:
@@ -260,14 +265,14 @@ class _Search:
         if shifted is not None and perf_counter() < self._until(SHARES[3]):
             yield from self._closed("dilation shift", shifted.solution.slip, self._until(SHARES[3]))
 
-    def _smoothed(self, flow: float) -> list[tuple[str, FloatArray]]:
+    def _smoothed(self, flow: float, associative: ConicSolution) -> list[tuple[str, FloatArray]]:
         """Return the end of the path of smoothed contact as a start, if there is one and it came nearer to a state than
         a push with this flow error, or the push has found one."""
         stiffness = depth_stiffness(self._assemblage, 0.0)
         springs = springs_of(self._assemblage, self._equilibrium, stiffness)
         until = self._until(SHARES[1])
         try:
-            end = follow(springs, self._equilibrium, self._associative, until, self._report)
+            end = follow(springs, self._equilibrium, associative, until, self._report)
         except ConvergenceError:
             return []
         return [(STAGE, end.slip)] if end.left < max(flow, LIMITS["flow"]) else []
@@ -311,33 +316,18 @@ class _Search:
         return state_of(name, self._assemblage, self._loads, closed.forces, velocities, torsion)
 
 
-def state_of(
-    name: str,
-    assemblage: SpaceAssemblage,
-    loads: SpaceLoads,
-    solution: ConicSolution | Push,
-    free_velocities: FloatArray,
-    torsion: Torsion,
-) -> SpaceState:
-    """Return forces and velocities of the free blocks as a validated state."""
-    velocities = np.zeros((len(assemblage.wall.blocks), 6))
-    velocities[~assemblage.wall.fixed] = free_velocities
-    validation = validate(assemblage, loads, solution.load_multiplier, solution.forces, velocities, torsion)
-    complaints = ", ".join(validation.complaints)
-    return SpaceState(
-        name, solution.load_multiplier, solution.forces, velocities, validation, solution.seconds, complaints
-    )
-
-
 def _remarks(states: list[SpaceState]) -> list[str]:
-    """Say what the figures do not: which push the headline is not, and how near to a state one came where none is."""
-    if states[0].valid:
-        return []
+    """Say what the figures do not: states that the live load would have to hold up, which push the headline is not, and
+    how near to a state one came where none is."""
+    held_up = dict.fromkeys(as_lambda(one.load_multiplier) for one in states if one.valid and not one.counts)
+    said = [HELD_UP.format(", ".join(held_up))] if held_up else []
+    if states[0].counts:
+        return said
     why = f"the push on elastic joints found no state ({states[0].error})"
-    if any(state.valid for state in states):
-        other = any(state.valid and state.name in PUSHES for state in states)
+    if any(state.counts for state in states):
+        other = any(state.counts and state.name in PUSHES for state in states)
         instead = "that with equal springs did" if other else "the headline is the state that its end was closed to"
-        return [f"WARNING: {why}; {instead}"]
+        return [*said, f"WARNING: {why}; {instead}"]
     near = min(states, key=lambda state: state.validation.flow)
     nearest = f"nearest to one: λ {near.load_multiplier:.4f}, {near.validation.flow:.0e} of its power out of balance"
-    return [f"WARNING: no state without dilation found: {why}; {nearest}; the associative multiplier is a bound"]
+    return [*said, f"WARNING: no state without dilation found: {why}; {nearest}; the associative multiplier is a bound"]

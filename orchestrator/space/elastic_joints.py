@@ -48,6 +48,8 @@ NEWTON_STEPS = 16
 """Iterations of Newton's method in a step, at most; their square under gravity, from which there is no smaller step."""
 HALVINGS = 6
 """Tries of a correction beside the whole one, each half as long, once the displacement of the step is reached."""
+HELD_BY = 1e6
+"""Live load, mean block weights, that holds a wall, as far as a push can tell."""
 FAILURES = 20
 """Steps that may fail before the push is left."""
 PATIENCE = 4
@@ -109,7 +111,8 @@ def push(
     h, failures, lost, flow = FIRST_STEP, 0, 0, np.inf
     last, velocities, path = rest, np.zeros_like(springs.dead), [0.0]
     leaping = len(equilibrium.free_blocks) > LEAPING_BLOCKS
-    while failures < (LEAPS_LOST if leaping else FAILURES) and perf_counter() - started < budget:
+    most = LEAPS_LOST if leaping else FAILURES
+    while failures < most and last.multiplier < HELD_BY and perf_counter() - started < budget:
         begin = replace(last, displacements=h * velocities)
         taken = _leap(springs, begin, h, flow) if leaping else _step(springs, begin, h, flow)
         used += taken.factorisations

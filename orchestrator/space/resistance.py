@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf, isfinite
 
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis.gravity import is_held
 from orchestrator.limit_analysis.paper.linear_program import UnboundedError
@@ -30,6 +31,12 @@ def associative_optimum(
     if is_held(equilibrium.live_load, optimum.velocities, dimension=3):
         raise _unresisted(equilibrium, other_torsion)
     return optimum
+
+
+def moves(equilibrium: SpaceEquilibrium, velocities: FloatArray) -> bool:
+    """Return whether a load moves a wall by a mechanism with velocities (n, 6) of all blocks, but for rounding of its
+    direction or the drawing."""
+    return not is_held(equilibrium.live_load, velocities[equilibrium.free_blocks], dimension=3)
 
 
 def multiplier_or_held(equilibrium: SpaceEquilibrium) -> float:

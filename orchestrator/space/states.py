@@ -1,0 +1,57 @@
+"""A limit state of a wall in space: forces and velocities, validated from geometry (validation.py)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.space.conic_program import ConicSolution
+from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.elastic_joints import Push
+from orchestrator.space.equilibrium import Torsion
+from orchestrator.space.loads import SpaceLoads
+from orchestrator.space.validation import Validation, validate
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceState:
+    """Multiplier, forces (p, 3) in N and velocities (n, 6) of all blocks at unit live-load power; `name` says what
+    found it, `error` why it is none ("" for a state)."""
+
+    name: str
+    load_multiplier: float
+    forces: FloatArray
+    velocities: FloatArray
+    validation: Validation
+    seconds: float
+    error: str = ""
+
+    @property
+    def valid(self) -> bool:
+        """Whether this is a limit state without dilation."""
+        return not self.error
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is one under some live load: one that the live load would have to hold up is no capacity."""
+        return self.valid and self.load_multiplier > 0.0
+
+
+def state_of(
+    name: str,
+    assemblage: SpaceAssemblage,
+    loads: SpaceLoads,
+    solution: ConicSolution | Push,
+    free_velocities: FloatArray,
+    torsion: Torsion,
+) -> SpaceState:
+    """Return forces and velocities of the free blocks as a validated state."""
+    velocities = np.zeros((len(assemblage.wall.blocks), 6))
+    velocities[~assemblage.wall.fixed] = free_velocities
+    validation = validate(assemblage, loads, solution.load_multiplier, solution.forces, velocities, torsion)
+    complaints = ", ".join(validation.complaints)
+    return SpaceState(
+        name, solution.load_multiplier, solution.forces, velocities, validation, solution.seconds, complaints
+    )
