@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_type_hints
@@ -99,17 +99,22 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             if path.suffix.lower() not in ROWS:  # there every hole is an opening with its width
                 remarks += said_holes(wall)
         except RefusedWallError as error:
-            raise _drawn(error, error.wall, picture) from None
+            said = CaseError(error.key, error.problem, _likely_cause(error.remarks) + error.remedy)
+            raise _drawn(said, error.wall, picture) from None
         try:
             kept, before, more = _without_loose(wall, loose.loose)
             check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:
-            warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
-            remedy = f"reading it warned of a likely cause: {warned}; else " if warned else ""
-            said = CaseError(error.key, error.problem, doubted_size(wall) or remedy + error.remedy)
+            said = CaseError(error.key, error.problem, doubted_size(wall) or _likely_cause(remarks) + error.remedy)
             raise _drawn(said, wall, picture) from None
     about = _about(path) if path.suffix.lower() in BLOCK_FILES and not holds_annotations(path) else {}
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: not DOUBTS.search(remark)), before, about)
+
+
+def _likely_cause(remarks: Sequence[str]) -> str:
+    """Return the warnings of reading a drawing, as what a remedy begins with; nothing where there are none."""
+    warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
+    return f"reading it warned of a likely cause: {warned}; else " if warned else ""
 
 
 def _about(block_file: Path) -> dict[str, str]:

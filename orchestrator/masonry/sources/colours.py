@@ -111,7 +111,7 @@ def _said_blended(patches: Patches) -> list[str]:
     small = int(np.sum(area < BLENDED * (area @ area) / area.sum()))
     if small <= 0.5 * len(area):
         return []
-    cause = "are colours blended at the edges, as in a picture that was resized?"
+    cause = "are colours blended at the edges, as in a picture that was resized or smoothed?"
     return [f"WARNING: {small} of {len(area)} stones have less than 1/50 of the others' pixels: {cause}"]
 
 

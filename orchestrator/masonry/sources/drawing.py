@@ -90,11 +90,11 @@ class Drawing:
 
 
 class RefusedWallError(CaseError):
-    """A drawing that is no wall: `wall` holds its outlines as drawn."""
+    """A drawing that is no wall: `wall` holds its outlines as drawn, `remarks` what reading it told."""
 
-    def __init__(self, key: str, problem: str, remedy: str, wall: Wall) -> None:
+    def __init__(self, key: str, problem: str, remedy: str, wall: Wall, remarks: tuple[str, ...] = ()) -> None:
         super().__init__(key, problem, remedy)
-        self.wall = wall
+        self.wall, self.remarks = wall, remarks
 
 
 def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSettings) -> tuple[Wall, list[str]]:
@@ -122,9 +122,11 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight, name)
         for k, (outline, name) in enumerate(zip(outlines, [""] * len(supports) + told, strict=True))
     )
-    wall, said = closed(
-        Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
-    )
+    drawn = Wall(name, blocks, material.thickness, material.friction)
+    try:
+        wall, said = closed(drawn, settings, drawing.error, drawing.curved)
+    except RefusedWallError as error:
+        raise RefusedWallError(error.key, error.problem, error.remedy, error.wall, drawing.remarks) from None
     return wall, [*said, *drawing.remarks, *slips, *copies, *left_out, *moved, *implausible(wall)]
 
 

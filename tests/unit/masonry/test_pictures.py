@@ -7,6 +7,7 @@ import pytest
 import shapely
 from PIL import Image
 
+from orchestrator.app.intake import import_wall
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.sources.outlines import outlines
 from orchestrator.masonry.sources.picture import PictureSettings, read_picture
@@ -89,6 +90,18 @@ def test_colours_that_a_smaller_picture_blends_are_told(tmp_path):
         picture.resize(size, Image.Resampling.BILINEAR).save(tmp_path / "wall.png")
         said = [one for one in read_picture(tmp_path / "wall.png", settings).remarks if "blended" in one]
         assert bool(said) == blended
+
+
+def test_a_wall_that_is_refused_as_edges_are_smoothed_says_so(tmp_path):
+    """Every shade between two stones counts as a stone, and one of these is what the refusal names."""
+    number, count = bond(mortar=5)
+    shades = np.random.default_rng(3).integers(40, 216, (count + 1, 3))
+    shades[0] = 255
+    picture = Image.fromarray(shades.astype(np.uint8)[number]).resize((210, 120), Image.Resampling.LANCZOS)
+    picture.save(tmp_path / "wall.png")
+    options = {"thickness": "0.3", "scale": "2 mm", "ground": "0.2", "stones": "colours", "smallest": "2 mm"}
+    with pytest.raises(CaseError, match="reading it warned of a likely cause: .* stones have .* blended at the edges"):
+        import_wall(tmp_path / "wall.png", options)
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
