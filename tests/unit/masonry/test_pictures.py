@@ -100,7 +100,7 @@ def test_a_wall_that_is_refused_as_edges_are_smoothed_says_so(tmp_path):
     picture = Image.fromarray(shades.astype(np.uint8)[number]).resize((210, 120), Image.Resampling.LANCZOS)
     picture.save(tmp_path / "wall.png")
     options = {"thickness": "0.3", "scale": "2 mm", "ground": "0.2", "stones": "colours", "smallest": "2 mm"}
-    with pytest.raises(CaseError, match="reading it warned of a likely cause: .* stones have .* blended at the edges"):
+    with pytest.raises(CaseError, match=r"reading it warned of a likely cause: .* stones have .* blended at the edges"):
         import_wall(tmp_path / "wall.png", options)
 
 
