@@ -75,7 +75,7 @@ def loads_table(sums: LoadSums, name: str = "") -> Table:
         acts = own if one.inertia else "no"
         table.add_row(f"extra: {one.name}", str(one.blocks), kilonewtons(one.resultant), acts)
     if sums.extra:
-        table.add_row("all dead load", "", kilonewtons(sums.vertical_load), "")
+        table.add_row("all dead load, vertical resultant", "", kilonewtons(sums.vertical_load), "")
     for one in sums.live:
         table.add_row(f"live at λ = 1: {one.name}", str(one.blocks), kilonewtons(one.resultant), "")
     if sums.upright_load is None:

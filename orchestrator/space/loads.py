@@ -32,6 +32,8 @@ UPWARD = 0.5
 """upward part of the normal of a face above which it is of the top"""
 AHEAD = "+x"
 """direction of a live load that is given none"""
+LEVEL_WITHIN = 1e-9
+"""downward part of a unit vector up to which a force along it is a thrust and no weight"""
 UPRIGHT_WITHIN = 1e-9
 """horizontal part of a unit vector below which it has no direction in plan"""
 
@@ -51,7 +53,7 @@ class SpaceDeadLoad(Checked):
     direction: tuple[float, ...] = ()
     """of the force; left out: downwards. A horizontal one is the thrust of a roof or a vault"""
     inertia: bool = False
-    """whether the live load acts on its mass too, where it stands"""
+    """whether the live load acts on its mass too, that of its downward part, where it stands"""
     level: Annotated[float, Unit("m")] | None = None
     """height of the blocks' tops, or of a step in them, instead of `blocks`"""
 
@@ -165,11 +167,10 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
 
 
 def masses_on(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
-    """Return the masses of the free blocks, and of the dead loads that have inertia, where these act."""
+    """Return the masses of the free blocks, and of the dead loads that have inertia, where these act: what is above
+    weighs on a block by the downward part of its force, and leans on it by the rest, which has no mass."""
     free = np.flatnonzero(~wall.fixed)
-    extra = [
-        (k, point, np.linalg.norm(force)) for k, point, force, inertia in placed_dead_loads(wall, settings) if inertia
-    ]
+    extra = [(k, point, -force @ wall.up) for k, point, force, inertia in placed_dead_loads(wall, settings) if inertia]
     return SpaceMasses(
         block=np.array([*free, *(k for k, _, _ in extra)], dtype=np.int64),
         point=np.vstack([wall.centroids[free], *(point for _, point, _ in extra)]),
@@ -194,10 +195,15 @@ def placed_dead_loads(
 ) -> Iterator[tuple[int, FloatArray, FloatArray, bool]]:
     """Yield block, point, force (N) of every extra dead load, and whether it has inertia."""
     for number, load in enumerate(settings.dead):
-        along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
+        along = _along(wall, load, number)
         for k in _loaded(wall, load):
             point, length = top_of(wall, k, load.level)
             yield k, point, _size(load, length) * along, load.inertia
+
+
+def _along(wall: SpaceWall, load: SpaceDeadLoad, number: int) -> FloatArray:
+    """Return the unit vector (3,) of an extra dead load. Raises CaseError."""
+    return unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
 
 
 def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
@@ -275,6 +281,10 @@ def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None
             listed = ", ".join(f"{top:g}" for top in tops[:20])
             problem = f"no block has its top at {load.level:g} m"
             raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
+        if load.inertia and -_along(wall, load, number) @ wall.up <= LEVEL_WITHIN:
+            along = ", ".join(f"{part:g}" for part in load.direction)
+            problem = f"a load along [{along}] has no downward part, and so no weight and no mass"
+            raise CaseError(f"load.dead.{number}.inertia", problem, "leave it out, or give the weight as a load apart")
     refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
     for number, load in enumerate(settings.dead):
         given = "force" if load.line_load is None else "line_load"

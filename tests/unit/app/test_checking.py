@@ -211,7 +211,7 @@ def test_the_first_page_shows_every_sum(given, capsys):
         ("weight of the blocks", f"{(STONE + TIMBER) / 1e3:.3f}"),
         ("extra: 12 kN/m on level 0.7 m", "24.000", "yes"),
         ("extra: 3 kN each on blocks 1, 2", "6.000", "no"),
-        ("all dead load", f"{(STONE + TIMBER + FLOOR + FORCES) / 1e3:.3f}"),
+        ("all dead load, vertical resultant", f"{(STONE + TIMBER + FLOOR + FORCES) / 1e3:.3f}"),
         ("base shear at λ = 1, +x", f"{(STONE + TIMBER + FLOOR) / 1e3:.3f}"),
         ("stone, timber", "0.2", "none"),
         ("timber", "6", "11"),

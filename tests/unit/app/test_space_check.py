@@ -38,7 +38,7 @@ def test_check_sums_up_loads_materials_and_joints(case, tmp_path, capsys):
     expected = [
         "weight of the blocks all 1.000 yes",
         "extra: 2 kN on block 1 1 2.000 yes",
-        "all dead load 3.000",
+        "all dead load, vertical resultant 3.000",
         "base shear at λ = 1, (0, -1, 0) 3.000",
         "(none) 1 0.05 1.000 20 0.6",
         "block, support 1 0.25 0.6",

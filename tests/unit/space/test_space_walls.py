@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,17 @@ from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints, gaping
 from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on, top_of
 from orchestrator.space.wall import SpaceBlock, check_wall
-from tests.support.space_walls import CUBE, GROUND, L_SHAPE, associative, block_on_ground, extruded, record, wall_of
+from tests.support.space_walls import (
+    CUBE,
+    GROUND,
+    L_SHAPE,
+    associative,
+    block_file_of,
+    block_on_ground,
+    extruded,
+    record,
+    wall_of,
+)  # fmt: skip
 
 
 def test_a_file_may_hold_polyhedra_and_prisms():
@@ -203,6 +214,32 @@ def test_loads():
         loads_on(wall, SpaceLoadSettings(dead=(SpaceDeadLoad(level=3.0, force=1.0),)))
     with pytest.raises(CaseError, match=r"load.live.0.force: -1 N is not along load.direction"):
         loads_on(wall, SpaceLoadSettings(distribution="per_block", live=(LiveLoad((1,), -1.0),)))
+
+
+def test_the_mass_of_a_thrust_is_what_it_weighs():
+    """A roof of 3 kN that leans on a block with 4 kN besides: the load of 5 kN has the mass of 3 kN."""
+    wall = block_on_ground(1.0, 2.0, 0.5, 0.6)
+    roof = SpaceDeadLoad(blocks=(1,), force=5e3, direction=(0.0, 4.0, -3.0), inertia=True)
+    loads = loads_on(wall, SpaceLoadSettings(direction="+y", dead=(roof,)))
+    assert loads.dead[1, :3] == pytest.approx([0.0, 4e3, -20e3 - 3e3])
+    assert loads.live[1] == pytest.approx([0.0, 20e3 + 3e3, 0.0, -3e3 * 0.25, 0.0, 0.0])
+
+
+def test_a_thrust_without_weight_changes_no_mass_and_cannot_be_given_any(tmp_path, capsys):
+    """A block 1 m wide and 2 m high of W, with 5 % of W against its top edge: it turns at (0.5 - 2 0.05) / 1 = 0.4."""
+    wall = block_on_ground(1.0, 1.0, 2.0, 0.9)
+    thrust = {"blocks": (1,), "force": 0.05 * wall.weights[1], "direction": (0.0, 1.0, 0.0)}
+    assert associative(wall, "+y", dead=(SpaceDeadLoad(**thrust),)).load_multiplier == pytest.approx(0.4)
+    case = tmp_path / "case.toml"
+    (tmp_path / "wall.json").write_text(json.dumps(block_file_of([GROUND, box((-0.5, -0.5, 0.0), (0.5, 0.5, 2.0))])))
+    load = 'blocks = [1]\nforce = "2 kN"\ninertia = true\n'
+    for direction in ("[0, 1, 0]", "[0, 3, 1]"):
+        case.write_text(f'[wall]\nblocks = "wall.json"\n[[load.dead]]\n{load}direction = {direction}\n')
+        for command in ("check", "limit"):
+            assert cli.main([command, str(case), "--output", str(tmp_path / "out")]) == 2
+            said = capsys.readouterr().err
+            assert said.count("\n") == 1
+            assert f"{case}: load.dead.0.inertia: a load along {direction} has no" in said
 
 
 def test_a_line_load_counts_metres_along_the_wall(tmp_path, capsys):
