@@ -29,7 +29,7 @@ from orchestrator.settings.space_inventory import (
 from orchestrator.space.analysis import analyse
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import loads_on
-from orchestrator.space.ties import shown_point
+from orchestrator.space.ties import counted_joints, shown_point
 
 
 def check(path: Path, overrides: list[str], output: Path, console: Console) -> int:
@@ -70,7 +70,7 @@ def _draw(case: SpaceCase, assemblage: SpaceAssemblage, said: list[str], output:
         )
     free = int((~case.wall.fixed).sum())
     verdict = "see the warnings above" if said else "nothing to complain about"
-    counts = f"{counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}"
+    counts = f"{counted(free, 'block')} in space, {counted_joints(assemblage)}"
     console.print(f"{case.file}: {counts}, {verdict}; {png}; to turn: {html}", soft_wrap=True)
 
 

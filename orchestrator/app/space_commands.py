@@ -35,7 +35,7 @@ from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.resistance import UnresistedError
-from orchestrator.space.ties import with_ties
+from orchestrator.space.ties import counted_joints, tie_forces, with_ties
 from orchestrator.storage.files import plain, write_json
 
 LISTED_JOINTS = 5
@@ -75,7 +75,7 @@ def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console
         if not as_json:
             console.print(text, soft_wrap=True)
 
-    say(f"{case.name}: {counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}")
+    say(f"{case.name}: {counted(free, 'block')} in space, {counted_joints(assemblage)}")
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         say(load_words(assemblage, loads))
@@ -143,10 +143,11 @@ def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def record(analysis: SpaceAnalysis) -> dict[str, Any]:
-    """Return the limit_analysis part of a summary: the keys of a plane wall's, the direction of the
-    live load, and both torsions."""
+    """Return the limit_analysis part of a summary: the keys of a plane wall's, the direction of the live load, both
+    torsions, and what ties do."""
     headline, interval = analysis.headline, analysis.range
     shown = analysis.shown
+    ties = tie_forces(analysis.assemblage, shown.forces)
     corners, uniform = analysis.bound, analysis.other_torsion
     if analysis.torsion == "uniform":
         corners, uniform = uniform, corners
@@ -164,6 +165,9 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
         "highest": interval[1] if interval else None,
         "going_down": list(analysis.going_down),
         "torsion": {"corners": corners, "uniform": uniform},
+        "tie_forces_N": [tie.pull for tie in ties],
+        "tie_strengths_N": [tie.strength for tie in ties],
+        "tie_states": [tie.state for tie in ties],
     }
 
 

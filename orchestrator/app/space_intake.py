@@ -11,6 +11,7 @@ from rich.console import Console
 
 from orchestrator.basis.atomic_files import together
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.printed import counted
 from orchestrator.basis.units import FACTORS, Unit
 from orchestrator.geometry.polyhedra import Polyhedron
 from orchestrator.masonry.sources.block_files import LARGEST_FILE, json_in
@@ -82,8 +83,8 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, picture: P
     with together():
         write_json(output, as_record(wall))
         png = space_pictures.save_wall(assemblage, -np.eye(3)[1], picture.with_name(f"{picture.name}.png"))
-    counts = f"{len(wall.blocks)} blocks in space, {int(wall.fixed.sum())} of them supports"
-    text = f"{output}: {counts}, {assemblage.joints.count} joints; {png}"
+    counts = f"{counted(len(wall.blocks), 'block')} in space, {int(wall.fixed.sum())} of them supports"
+    text = f"{output}: {counts}, {counted(assemblage.joints.count, 'joint')}; {png}"
     console.print(text, soft_wrap=True)
     return 0
 

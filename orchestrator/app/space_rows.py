@@ -14,7 +14,7 @@ from orchestrator.assessment.seismic.in_space import (
 )
 from orchestrator.assessment.seismic.kinematic import LOW_PARTICIPATION
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.printed import counted
+from orchestrator.basis.printed import counted, printed
 from orchestrator.loads.block_loads import Distribution
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.weights import applied
@@ -25,6 +25,7 @@ from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion
 from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, direction_of
 from orchestrator.space.mechanism import Motion, SpaceMechanism
+from orchestrator.space.ties import TieForce, tie_forces
 from orchestrator.space.wall import SpaceWall
 
 HELD = "held"
@@ -73,10 +74,12 @@ def load_words(assemblage: SpaceAssemblage, loads: SpaceLoads) -> str:
 def wall_rows(case: SpaceCase, assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
     """Return how many blocks, supports and joints there are, what they weigh, and under which loads they are."""
     wall, joints = assemblage.wall, assemblage.joints
-    free = ~wall.fixed
+    free, ties = ~wall.fixed, int(joints.is_tie.sum())
+    counts = {"blocks": int(free.sum()), "supports": int(wall.fixed.sum()), "joints": joints.count - ties}
+    counts |= {"ties": ties} if ties else {}
     unit_weights = np.array([block.unit_weight for block, moves in zip(wall.blocks, free, strict=True) if moves])
     return [
-        ("blocks, supports, joints", f"{int(free.sum())}, {int(wall.fixed.sum())}, {joints.count}"),
+        (", ".join(counts), ", ".join(map(str, counts.values()))),
         ("weight", f"{wall.weights[free].sum() / 1e3:.3f} kN"),
         ("unit weight", f"{_values(unit_weights / 1e3)} kN/m³"),
         ("friction coefficient", _values(joints.friction[~joints.is_tie])),
@@ -104,7 +107,7 @@ def _values(values: FloatArray) -> str:
 
 
 def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
-    """Return what the mechanism does, in words."""
+    """Return what the mechanism does, in words, and every tie."""
     wall = analysis.assemblage.wall
     moving = mechanism.moving
     share, bodies = wall.weights[moving].sum() / analysis.weight, int(mechanism.body.max())
@@ -117,7 +120,12 @@ def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[t
             f"{counted(len(moving), 'block')} ({100 * share:.0f} % of the weight) in {bodies} {several}",
         ),
         ("joints", kinds),
+        *((f"tie {tie.number}", _tie_words(tie)) for tie in tie_forces(analysis.assemblage, analysis.shown.forces)),
     ]
+
+
+def _tie_words(tie: TieForce) -> str:
+    return f"{printed('force', tie.pull)} kN of {printed('force', tie.strength)} kN, {tie.state}"
 
 
 def kinematic_rows(case: SpaceCase, analysis: SpaceAnalysis) -> list[tuple[str, str]]:

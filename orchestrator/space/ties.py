@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Gt, MaxLen, MinLen
@@ -17,6 +17,7 @@ from annotated_types import Gt, MaxLen, MinLen
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import counted
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import distance_to, tangents_of
 from orchestrator.masonry.interfaces import Interfaces
@@ -25,6 +26,9 @@ from orchestrator.space.wall import SpaceWall
 
 ON_BLOCK = 1e-3
 """of a block's size, as much as joints may gape by: an end so near its block is on it"""
+ROUNDING = 1e-6
+"""part of its strength by which a tie that yields may be off it, as in the validator, and of a block's mean weight that
+slack ties pull with"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +79,32 @@ def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssembla
         holes=((),) * len(ties),
     )
     return replace(assemblage, joints=assemblage.joints.and_also(added))
+
+
+@dataclass(frozen=True, slots=True)
+class TieForce:
+    """A tie, numbered from 1 as in the case, what it pulls with and its strength in N, and what it does."""
+
+    number: int
+    pull: float
+    strength: float
+    state: Literal["slack", "taut", "yields"]
+
+
+def tie_forces(assemblage: SpaceAssemblage, forces: FloatArray) -> tuple[TieForce, ...]:
+    """Return the forces of all ties in a state with forces (p, 3) in N of all contact points."""
+    joints, wall = assemblage.joints, assemblage.wall
+    pulls, strengths = forces[joints.is_tie[joints.joint], 0], joints.capacity[joints.is_tie]
+    pulls = np.where(pulls > ROUNDING * wall.weights[~wall.fixed].mean(), pulls, 0.0)
+    states = np.select([pulls > (1.0 - ROUNDING) * strengths, pulls > 0.0], ["yields", "taut"], "slack")
+    return tuple(map(TieForce, range(1, len(pulls) + 1), pulls.tolist(), strengths.tolist(), states.tolist()))
+
+
+def counted_joints(assemblage: SpaceAssemblage) -> str:
+    """Return how many joints there are, with the ties beside them, as in "4 joints, 1 tie"."""
+    ties = int(assemblage.joints.is_tie.sum())
+    joints = counted(assemblage.joints.count - ties, "joint")
+    return f"{joints}, {counted(ties, 'tie')}" if ties else joints
 
 
 def _refuse(wall: SpaceWall, tie: Tie, key: str) -> None:

@@ -13,7 +13,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.atomic_files import read_written, write_bytes
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, triangles
 from orchestrator.present.environment import environment_of
-from orchestrator.present.in_space.space_pictures import BODIES, KINDS, STONE, SUPPORT, amplitude
+from orchestrator.present.in_space.space_pictures import BODIES, KINDS, STONE, SUPPORT, TIE, amplitude
 from orchestrator.present.phrases import in_language, phrases
 from orchestrator.settings.project import ProjectSettings
 from orchestrator.space.contacts import SpaceAssemblage
@@ -62,6 +62,7 @@ def write(
             data=data,
             images=images,
             moving=mechanism is not None,
+            tied=bool(data["ties"]),
         )
     )
     write_bytes(path, text.encode())
@@ -74,7 +75,7 @@ def scene(
     mechanism: SpaceMechanism | None,
     direction: FloatArray | None,
 ) -> dict[str, Any]:
-    """Return blocks, joints and motions as plain values: lengths over the wall's size, rounded to 1e-5 of it."""
+    """Return blocks, joints, ties and motions as plain values: lengths over the wall's size, rounded to 1e-5 of it."""
     wall = assemblage.wall
     corners = np.vstack([block.shape.vertices for block in wall.blocks if not block.fixed])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -83,7 +84,8 @@ def scene(
     scale = 0.0 if velocities is None else SLIDER_END * amplitude(assemblage, velocities)
     motion = np.zeros((count, 6)) if velocities is None else scale * velocities
     body = np.zeros(count, dtype=np.int64) if mechanism is None else mechanism.body
-    kinds = ("rests",) * assemblage.joints.count if mechanism is None else mechanism.motion
+    tied = assemblage.joints.is_tie
+    kinds = ("rests",) * len(tied) if mechanism is None else mechanism.motion
     eye = None if direction is None else direction - (direction @ wall.up) * wall.up
     if eye is None or np.linalg.norm(eye) < 1e-6:
         eye = -plan_axes(wall.up)[1]
@@ -98,9 +100,11 @@ def scene(
         }
         for k, (block, own) in enumerate(zip(wall.blocks, body, strict=True))
     ]
-    joints = [_joint(assemblage, k, kind, centre, size) for k, kind in enumerate(kinds)]
+    joints = [_joint(assemblage, k, kind, centre, size) for k, kind in enumerate(kinds) if not tied[k]]
+    ties = [_tie(assemblage, k, centre, size) for k in np.flatnonzero(tied)]
     ahead = eye / np.linalg.norm(eye)
-    return {"blocks": blocks, "joints": joints, "up": wall.up, "ahead": ahead, "height": float(high @ wall.up)}
+    views = {"up": wall.up, "ahead": ahead, "height": float(high @ wall.up)}
+    return {"blocks": blocks, "joints": joints, "ties": ties} | views
 
 
 def _joint(assemblage: SpaceAssemblage, number: int, kind: str, centre: FloatArray, size: float) -> dict[str, Any]:
@@ -111,6 +115,13 @@ def _joint(assemblage: SpaceAssemblage, number: int, kind: str, centre: FloatArr
         "moves": kind != "rests",
         "at": np.round((assemblage.joints.outlines[number] - centre) / size, 5),
     }
+
+
+def _tie(assemblage: SpaceAssemblage, number: int, centre: FloatArray, size: float) -> dict[str, Any]:
+    """Return the blocks that the ends of a tie move with, its colour, and its ends."""
+    joints = assemblage.joints
+    ends = np.round((joints.outlines[number] - centre) / size, 5)
+    return {"blocks": [int(joints.i[number]), int(joints.j[number])], "colour": TIE[0], "at": ends}
 
 
 def _block(body: Polyhedron, centre: FloatArray, size: float) -> dict[str, Any]:

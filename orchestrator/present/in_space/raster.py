@@ -33,11 +33,13 @@ class View:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """Points (n, 3) that are joined by straight lines; colour (3,) from 0 to 1; width in pixels of the picture."""
+    """Points (n, 3) that are joined by straight lines; colour (3,) from 0 to 1; width in pixels of the picture; whether
+    it shows through what is in front of it."""
 
     points: FloatArray
     colour: tuple[float, float, float]
     width: float
+    through: bool = False
 
 
 def view_towards(name: str, eye: FloatArray, up: FloatArray) -> View:
@@ -133,9 +135,9 @@ def _edges(colour: FloatArray, face: IntArray) -> None:
 
 
 def _line(line: Line, view: View, low: FloatArray, scale: float, colour: FloatArray, depth: FloatArray) -> None:
-    """Draw straight lines where no face is in front of them by more than BIAS."""
+    """Draw straight lines, where no face is in front of them by more than BIAS or all through."""
     place = line.points @ view.axes.T
-    behind = BIAS * max(depth.shape) / scale
+    behind = np.inf if line.through else BIAS * max(depth.shape) / scale
     reach = max(0, round(0.5 * FINER * line.width))
     steps = np.arange(-reach, reach + 1)
     brush = np.array([(x, y) for x in steps for y in steps if x * x + y * y <= reach * reach + 1])

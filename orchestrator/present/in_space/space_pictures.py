@@ -40,6 +40,8 @@ KINDS = {
     "twists": ((0.80, 0.47, 0.65), 2.0, "twists"),
 }
 """colour, width and name of joints that move"""
+TIE = ((0.0, 0.62, 0.45), 5.0, "tie")
+"""colour, width and name of ties, which show through the stones that they run in"""
 PIXELS = 900
 """on the longer side of a view"""
 AMPLITUDE = 0.12
@@ -61,16 +63,19 @@ def views_of(up: FloatArray, direction: FloatArray) -> dict[str, View]:
 
 
 def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path, language: Language = "en") -> Path:
-    """Draw blocks, joints (blue) and supports (grey) aslant from both sides, in a language; return `path`."""
+    """Draw blocks, joints (blue), ties (green) and supports (grey) aslant from both sides, in a language; return
+    `path`."""
     wall, joints = assemblage.wall, assemblage.joints
     bodies = [block.shape for block in wall.blocks]
     colours = np.array([SUPPORT if block.fixed else STONE for block in wall.blocks])
-    lines = [Line(np.vstack([outline, outline[:1]]), (0.0, 0.45, 0.70), 0.5) for outline in joints.outlines]
+    edges = (joints.outlines[k] for k in np.flatnonzero(~joints.is_tie))
+    ties = tie_lines(assemblage, bodies)
+    lines = [Line(np.vstack([outline, outline[:1]]), (0.0, 0.45, 0.70), 0.5) for outline in edges] + ties
     both = [view for name, view in views_of(wall.up, direction).items() if name == "aslant"]
     both.append(_opposite(both[0], wall.up))
-    free = int((~wall.fixed).sum())
-    supports = int(wall.fixed.sum())
-    text = f"{free} blocks, {joints.count} joints (blue where they are seen), supports: {supports} (grey)"
+    supports, tied = int(wall.fixed.sum()), f"ties: {len(ties)} (green), " if ties else ""
+    text = f"blocks: {len(bodies) - supports}, joints: {joints.count - len(ties)} (blue where they are seen), {tied}"
+    text += f"supports: {supports} (grey)"
     return _save(path, wall.name, text, [(bodies, colours, lines, view) for view in both], phrases(language))
 
 
@@ -100,9 +105,10 @@ def save_mechanism(
             for block, body in zip(wall.blocks, mechanism.body, strict=True)
         ]
     )
-    lines = joint_lines(assemblage, bodies, velocities, mechanism)
-    panels = [(bodies, colours, lines, view) for view in views_of(wall.up, direction).values()]
-    return _save(path, wall.name, text, panels, phrases(language), sorted({*mechanism.motion} - {"rests"}))
+    lines, ties = joint_lines(assemblage, bodies, velocities, mechanism), tie_lines(assemblage, bodies)
+    panels = [(bodies, colours, lines + ties, view) for view in views_of(wall.up, direction).values()]
+    legend = [KINDS[kind] for kind in sorted({*mechanism.motion} - {"rests", "opens"})]
+    return _save(path, wall.name, text, panels, phrases(language), legend + [TIE] * bool(ties))
 
 
 def amplitude(assemblage: SpaceAssemblage, velocities: FloatArray) -> float:
@@ -137,6 +143,17 @@ def joint_lines(
     return lines
 
 
+def tie_lines(assemblage: SpaceAssemblage, bodies: Sequence[Polyhedron]) -> list[Line]:
+    """Return the ties between the blocks as they are or have moved to."""
+    joints, blocks = assemblage.joints, assemblage.wall.blocks
+    lines = []
+    for k in np.flatnonzero(joints.is_tie).tolist():
+        ends = zip(joints.outlines[k], (joints.i[k], joints.j[k]), strict=True)
+        moved_ends = [_carried(end[None], blocks[block].shape, bodies[block]) for end, block in ends]
+        lines.append(Line(np.vstack(moved_ends), *TIE[:2], through=True))
+    return lines
+
+
 def _carried(points: FloatArray, before: Polyhedron, after: Polyhedron) -> FloatArray:
     """Return points of a block after its motion, found from its corners."""
     origin, moved_origin = before.vertices.mean(axis=0), after.vertices.mean(axis=0)
@@ -162,37 +179,39 @@ def save_polar(
     return _written(figure, path)
 
 
+Key = tuple[tuple[float, float, float], float, str]
 Panel = tuple[Sequence[Polyhedron], FloatArray, Sequence[Line], View]
 
 
 def _save(
-    path: Path, name: str, text: str, panels: Sequence[Panel], say: Callable[[str], str], legend: Sequence[str] = ()
+    path: Path, name: str, text: str, panels: Sequence[Panel], say: Callable[[str], str], legend: Sequence[Key] = ()
 ) -> Path:
-    """Draw panels in two columns, all to one scale, with a title and a legend of joints."""
+    """Draw panels in two columns, all to one scale, with a title and a legend of joints and ties."""
     from matplotlib.figure import Figure  # 0.3 s that other commands need not wait for
     from matplotlib.lines import Line2D
 
     rows = -(-len(panels) // 2)
     figure = Figure(figsize=(11.0, 0.8 + 4.4 * rows))
     figure.set_layout_engine("constrained")
-    boxes = [_box(bodies, colours, view) for bodies, colours, _, view in panels]
+    boxes = [_box(*panel) for panel in panels]
     for number, ((bodies, colours, lines, view), box) in enumerate(zip(panels, boxes, strict=True), 1):
         axes = figure.add_subplot(rows, 2, number)
         axes.imshow(drawn(bodies, colours, lines, view, box, PIXELS), interpolation="antialiased")
         axes.set_title(say(view.name), fontsize=9)
         axes.axis("off")
     figure.suptitle(f"{name}\n{say(text)}", fontsize=10, parse_math=False)
-    kinds = [KINDS[kind] for kind in legend if kind != "opens"]
-    handles = [Line2D([], [], color=colour, linewidth=width, label=say(name)) for colour, width, name in kinds]
+    handles = [Line2D([], [], color=colour, linewidth=width, label=say(name)) for colour, width, name in legend]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9, frameon=False)
     return _written(figure, path)
 
 
-def _box(bodies: Sequence[Polyhedron], colours: FloatArray, view: View) -> tuple[FloatArray, FloatArray]:
-    """Return the corners in the view of what is no support, with a margin: a large ground is cut."""
-    free = [body for body, colour in zip(bodies, colours, strict=True) if tuple(colour) != SUPPORT]
-    flat = np.vstack([body.vertices for body in free]) @ view.axes[:2].T
+def _box(
+    bodies: Sequence[Polyhedron], colours: FloatArray, lines: Sequence[Line], view: View
+) -> tuple[FloatArray, FloatArray]:
+    """Return the corners in the view of what is no support, ties among it, with a margin: a large ground is cut."""
+    free = [body.vertices for body, colour in zip(bodies, colours, strict=True) if tuple(colour) != SUPPORT]
+    flat = np.vstack([*free, *(line.points for line in lines if line.through)]) @ view.axes[:2].T
     low, high = flat.min(axis=0), flat.max(axis=0)
     margin = 0.08 * float((high - low).max())
     return low - margin, high + margin

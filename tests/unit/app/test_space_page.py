@@ -6,10 +6,13 @@ import html
 import json
 import re
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from orchestrator.app import cli
 from orchestrator.geometry.polyhedra import box
+from orchestrator.present.in_space.space_pictures import TIE
 from tests.support.space_walls import GROUND, block_file_of
 
 CASE = """
@@ -106,3 +109,65 @@ def test_the_page_warns_that_the_twist_of_joints_decides(tmp_path, capsys):
     assert len(told) == 2
     assert told[1].startswith("Joints that twist as under uniform pressure reach no more than λ = ")
     assert " ".join(told) in capsys.readouterr().out
+
+
+TIED = """
+project.language = "{language}"
+[wall]
+blocks = "wall.json"
+[load]
+direction = "-y"
+[[reinforcement.ties]]
+blocks = [1, 2]
+start = [1.0, 0.4, 2.8]
+end = [1.0, 3.0, 2.8]
+strength = "5 kN"
+[[reinforcement.ties]]
+blocks = [1, 3]
+start = [1.0, 0.0, 2.8]
+end = [1.0, -2.0, 2.8]
+strength = "80 kN"
+"""
+TIES_TOLD = {
+    "en": ["5.000 kN of 5.000 kN, yields", "0.000 kN of 80.00 kN, slack", "blocks, supports, joints, ties"],
+    "it": ["5,000 kN di 5,000 kN, snervata", "0,000 kN di 80,00 kN, inattiva", "blocchi, appoggi, giunti, catene"],
+    "pt": ["5,000 kN de 5,000 kN, em cedência", "0,000 kN de 80,00 kN, frouxo", "blocos, apoios, juntas, tirantes"],
+}
+
+
+def green_columns(picture) -> int:
+    """How many columns of the upper half of a picture, its legend aside, have a pixel of the colour of ties."""
+    pixels = imread(picture)[..., :3]
+    return int((np.abs(pixels[: len(pixels) // 2] - TIE[0]).max(axis=2) < 0.02).any(axis=0).sum())
+
+
+@pytest.mark.parametrize("language", TIES_TOLD)
+def test_ties_are_drawn_told_with_their_forces_and_no_joints(tmp_path, capsys, language):
+    """A block of 48 kN, 0.4 m thick and 3 m high, turns away from one support and towards another, tied to both at
+    2.8 m: (48 x 0.2 + 5 x 2.8) / (48 x 1.5)."""
+    stones = [box((0.0, 0.0, 0.0), (2.0, 0.4, 3.0)), *(box((0.5, y, 2.5), (1.5, y + 0.5, 3.0)) for y in (3.0, -2.5))]
+    wall = block_file_of([GROUND, *stones], 0.9)
+    for support in wall["blocks"][2:]:
+        support["fixed"] = True
+    (tmp_path / "wall.json").write_text(json.dumps(wall))
+    case, out = tmp_path / "case.toml", tmp_path / "out"
+    case.write_text(TIED.format(language=language))
+    assert cli.main(["check", str(case), "--output", str(out)]) == 0
+    assert ": 1 block in space, 1 joint, 2 ties, nothing" in capsys.readouterr().out
+    assert cli.main(["limit", str(case), "--output", str(out)]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert any(line.endswith(": 1 block in space, 1 joint, 2 ties") for line in printed)
+    for number, said in enumerate(TIES_TOLD["en"][:2], 1):
+        assert f"tie {number}: {said}" in printed
+    stored = json.loads((out / "limit_analysis.json").read_text())
+    assert stored["non_associative"] == pytest.approx((48 * 0.2 + 5 * 2.8) / (48 * 1.5), rel=1e-6)
+    assert stored["tie_forces_N"] == pytest.approx([5e3, 0.0], abs=0.1)
+    assert (stored["tie_strengths_N"], stored["tie_states"]) == ([5e3, 80e3], ["yields", "slack"])
+    for name in ("blocks", "collapse"):
+        page = html.unescape((out / f"{name}.html").read_text(encoding="utf-8"))
+        assert (TIES_TOLD[language][2], "1, 3, 1, 2") in rows_of(page)
+        scene = json.loads(re.findall('<script type="application/json" id="data">(.*?)</script>', page)[0])
+        assert (len(scene["joints"]), [tie["blocks"] for tie in scene["ties"]]) == (1, [[1, 2], [1, 3]])
+    assert {value for _, value in rows_of(page)} >= {*TIES_TOLD[language][:2]}
+    for name in ("blocks", "mechanism"):
+        assert green_columns(out / "figures" / f"{name}.png") > 200

@@ -64,10 +64,25 @@
       for (const point of [start, joint.at[(k + 1) % joint.at.length]]) into.push(...point, ...none, ...joint.colour, ...of(block));
     });
   }
-  const meshes = { faces: mesh(faces), edges: mesh(edges), resting: mesh(resting), moving: mesh(moving) };
 
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const mixed = (...terms) => [0, 1, 2].map((k) => terms.reduce((sum, [factor, vector]) => sum + factor * vector[k], 0));
+  // a tie is a square bar, each end of which moves with its block
+  const ties = [];
+  for (const tie of data.ties) {
+    const [start, end] = tie.at, along = mixed([1, end], [-1, start]);
+    const least = along.map(Math.abs).indexOf(Math.min(...along.map(Math.abs)));
+    const wide = (v) => v.map((x) => 0.004 * x / Math.hypot(...v));
+    const one = wide(cross(along, [0, 1, 2].map((k) => Number(k === least)))), other = wide(cross(along, one));
+    const sides = [[1, 1], [-1, 1], [-1, -1], [1, -1]];
+    sides.forEach((side, k) => {
+      const [a, b] = [side, sides[(k + 1) % 4]];
+      for (const [to, [x, y]] of [[0, a], [0, b], [1, a], [1, a], [0, b], [1, b]]) {
+        ties.push(...mixed([1, tie.at[to]], [x, one], [y, other]), ...none, ...tie.colour, ...of(data.blocks[tie.blocks[to]]));
+      }
+    });
+  }
+  const meshes = { faces: mesh(faces), edges: mesh(edges), resting: mesh(resting), moving: mesh(moving), ties: mesh(ties) };
   const up = data.up, ahead = data.ahead, beside = cross(up, ahead);
   const views = { aslant: [0.65, 0.42], front: [0, 0.03], side: [Math.PI / 2, 0.03], plan: [0, Math.PI / 2 - 1e-3] };
   let [around, above] = views.aslant, near = 1, printed = false;
@@ -89,6 +104,7 @@
     gl.uniform1f(gl.getUniformLocation(program, "part"), slider ? slider.value / 1000 : 0);
     const shown = [["faces", gl.TRIANGLES, 0], ["edges", gl.LINES, 4e-4], ["moving", gl.LINES, 2e-3]];
     if (byId("joints").checked) shown.push(["resting", gl.LINES, 1e-3]);
+    shown.push(["ties", gl.TRIANGLES, 0.5]);
     for (const [name, kind, towards] of shown) {
       if (!meshes[name].count) continue;
       gl.bindBuffer(gl.ARRAY_BUFFER, meshes[name].buffer);
