@@ -15,6 +15,8 @@ from orchestrator.space.contacts import SpaceAssemblage
 Motion = Literal["rests", "hinges", "slides", "twists", "opens"]
 AT_REST = 1e-3
 """Part of the wall's largest velocity below which nothing moves."""
+NOTICED = 1e-2
+"""part of it from which the slip of a joint that turns is told, as that of joints in the plane is marked"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,9 +39,10 @@ class SpaceMechanism:
 def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMechanism:
     """Classify a mechanism with velocities (n, 6) of all blocks.
 
-    A joint hinges where it opens at some contact points only, opens where it opens at all of them, twists where it
-    turns about its normal faster than its middle slides, slides otherwise; it rests where no point moves by more than
-    AT_REST.
+    A joint opens where it opens at all contact points, and hinges where it opens at some and slips by no more than
+    NOTICED at the others: a floor that is dragged off its pier slides, however little it lifts off an edge. It twists
+    where it turns about its normal faster than its middle slides, slides otherwise; it rests where no point moves by
+    more than AT_REST.
     """
     joints = assemblage.joints
     speeds = corner_speeds(assemblage, velocities)
@@ -51,10 +54,12 @@ def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMe
     first = np.searchsorted(of, np.arange(joints.count))
     points = np.bincount(of, minlength=joints.count)
     least, most = np.minimum.reduceat(opening, first), np.maximum.reduceat(opening, first)
-    sliding = np.maximum.reduceat(np.linalg.norm(slip, axis=1), first)
+    speed = np.linalg.norm(slip, axis=1)
+    sliding = np.maximum.reduceat(speed, first)
+    turning = np.maximum.reduceat(np.where(opening > limit, 0.0, speed), first) <= NOTICED / AT_REST * limit
     mean = np.linalg.norm(np.add.reduceat(slip, first, axis=0) / points[:, None], axis=1)
     motion = np.select(
-        [least > limit, most > limit, (sliding > limit) & (sliding > 2.0 * mean), sliding > limit],
+        [least > limit, (most > limit) & turning, (sliding > limit) & (sliding > 2.0 * mean), sliding > limit],
         ["opens", "hinges", "twists", "slides"],
         "rests",
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from orchestrator.space.floors import Floor, with_floors
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.wall import check_wall
-from tests.support.space_walls import GROUND, wall_of
+from tests.support.space_walls import GROUND, block_file_of, wall_of
 
 T, H, SPAN, SLAB = 0.3, 3.0, 4.0, 0.2
 
@@ -116,3 +118,20 @@ def test_a_floor_inside_one_stone_is_refused():
     wall = u_wall(Plan(4, 2, 6), Stones())
     with pytest.raises(CaseError, match=r"wall.floors.0: lies inside block \d+, which it would leave with a hole; let"):
         with_floors(wall, (Floor(0.2, 0.1, (0.25, 0.02), (0.35, 0.08)),))
+
+
+def test_a_floor_that_is_dragged_off_its_pier_slides(tmp_path, capsys):
+    """A wall of 20 kN turns about its toe and drags a floor of 10.4 kN, which rests on its heel and, by its end, on a
+    pier that stands still. What rests on the wall presses it by N = (5.6333 + 0.4333 lambda) kN: about the toe
+    25 lambda + 2.5 (10.4 lambda - 0.4 (10.4 - N)) = 4 + 0.4 N."""
+    wall, pier = box((0.0, 0.0, 0.0), (1.0, 0.4, 2.5)), box((0.0, 2.6, 0.0), (1.0, 3.0, 2.5))
+    shapes = [GROUND, wall, box((0.0, 0.2, 2.5), (1.0, 2.8, 2.7)), pier]
+    record = block_file_of(shapes, 0.4)
+    record["blocks"][3]["fixed"] = True
+    (tmp_path / "wall.json").write_text(json.dumps(record))
+    output = ["--output", str(tmp_path / "out")]
+    assert cli.main(["limit", str(tmp_path / "wall.json"), "--set", "load.direction=-y", *output]) == 0
+    assert "joints: 2 hinge, 0 open, 1 slide, 0 twist\n" in capsys.readouterr().out
+    found = json.loads((tmp_path / "out" / "limit_analysis.json").read_text())["non_associative"]
+    resting = 10.4 / 2.4 * (1.3 + 0.1 * found)
+    assert 25 * found + 2.5 * (10.4 * found - 0.4 * (10.4 - resting)) == pytest.approx(4 + 0.4 * resting, rel=1e-5)

@@ -184,6 +184,16 @@ def test_mechanisms_are_told_apart():
     assert mechanism_of(analysis.assemblage, velocities).motion == ("twists",)
 
 
+@pytest.mark.parametrize(("slip", "kind"), [(0.0, "hinges"), (0.004, "hinges"), (0.1, "slides"), (5.0, "slides")])
+def test_a_joint_that_turns_and_slides_is_told_as_one_that_slides(slip, kind):
+    """A block 1 m wide and 0.5 m high turns about its edge at x = 0.5 m, by 1, while that edge slips; its corners move
+    by no less than 1."""
+    wall = block_on_ground(1.0, 1.0, 0.5, 0.3)
+    velocities = np.zeros((2, 6))
+    velocities[1] = [slip + 0.25, 0.0, 0.5, 0.0, 1.0, 0.0]
+    assert mechanism_of(find_joints(wall), velocities).motion == (kind,)
+
+
 @pytest.mark.parametrize("kind", GENERATORS)
 def test_every_generator_makes_a_wall_that_stands(kind):
     wall = build(kind, [settings() for settings in GENERATORS[kind].settings] if kind != "openings" else _openings())
