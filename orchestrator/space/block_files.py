@@ -136,11 +136,13 @@ def _polyhedron(row: dict[str, Any], key: str, length: float) -> Polyhedron:
     if not isinstance(faces, list) or len(faces) < 4:
         raise CaseError(f"{key}.faces", "is not a list of at least four faces", remedy)
     for number, face in enumerate(faces):
-        good = (
-            isinstance(face, list) and len(face) >= 3 and all(type(k) is int and 0 <= k < len(vertices) for k in face)
-        )
-        if not good:
-            raise CaseError(f"{key}.faces[{number}]", f"{str(face)[:60]} does not name three corners", remedy)
+        where = f"{key}.faces[{number}]"
+        if not isinstance(face, list) or len(face) < 3 or not all(type(corner) is int for corner in face):
+            raise CaseError(where, f"{str(face)[:60]} does not name three corners", remedy)
+        for corner in face:
+            if not 0 <= corner < len(vertices):
+                problem = f"corner {str(corner)[:20]} does not exist, corners are 0 to {len(vertices) - 1}"
+                raise CaseError(where, problem, remedy)
     return Polyhedron(read_only(vertices), tuple(tuple(face) for face in faces))
 
 

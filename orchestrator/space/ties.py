@@ -20,6 +20,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import counted
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import distance_to, tangents_of
+from orchestrator.masonry.block_properties import refuse_beyond_weight
 from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.wall import SpaceWall
@@ -114,6 +115,7 @@ def _refuse(wall: SpaceWall, tie: Tie, key: str) -> None:
         raise CaseError(f"{key}.blocks", f"{[*tie.blocks]} are not two blocks", "name two blocks of the wall")
     if all(blocks[name].fixed for name in tie.blocks):
         raise CaseError(f"{key}.blocks", "a tie between supports holds nothing", "name a block that can move")
+    refuse_beyond_weight(wall.weights[~wall.fixed], tie.strength, f"{key}.strength")
     if tie.start == tie.end:
         raise CaseError(f"{key}.end", "its two points are one", "give two points [x, y, z] that lie apart")
     for end, name in zip(("start", "end"), tie.blocks, strict=True):

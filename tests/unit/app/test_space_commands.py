@@ -147,6 +147,14 @@ def test_bad_settings_take_one_line(block_file, capsys, settings, message):
             "block 1.vertices: is not a list of at least 4",
         ),
         ({"blocks": [{"id": 1, "vertices": CUBE.vertices.tolist(), "faces": [[0, 1, 99]] * 4}]}, "block 1.faces[0]"),
+        (
+            {"blocks": [{"id": 1, "vertices": CUBE.vertices.tolist(), "faces": [[3, 2, 1, 17]] * 4}]},
+            "block 1.faces[0]: corner 17 does not exist, corners are 0 to 7; list",
+        ),
+        (
+            {"blocks": [{"id": 1, "vertices": CUBE.vertices.tolist(), "faces": [[3, 17]] * 4}]},
+            "block 1.faces[0]: [3, 17] does not name three corners; list",
+        ),
         ({"blocks": [{"id": 1, "vertices": [], "polygon": []}]}, "block 1: needs vertices and faces, or a polygon"),
         ({"blocks": [{"id": 1, "polygon": L_SHAPE, "offset": 1}]}, "block 1.thickness: is missing"),
     ],
@@ -238,18 +246,18 @@ direction = "+y"
 blocks = {blocks}
 start = {start}
 end = {end}
-strength = "0.1 kN"
+strength = "{strength}"
 """
 
 
-def tied(folder, blocks=(2, 1), start=(0.3, -0.3, 0.4), end=(0.3, 0.0, 0.4)) -> str:
+def tied(folder, blocks=(2, 1), start=(0.3, -0.3, 0.4), end=(0.3, 0.0, 0.4), strength="0.1 kN") -> str:
     """A block of 0.6 kN on the ground, 0.1 m thick, that a tie at 0.4 m holds to a wall which stands still."""
     shapes = [GROUND, box((0.0, 0.0, 0.0), (0.6, 0.1, 0.5)), box((0.0, -0.5, 0.0), (0.6, -0.3, 2.0))]
     wall = block_file_of(shapes)
     wall["blocks"][2]["fixed"] = True
     (folder / "wall.json").write_text(json.dumps(wall))
     case = folder / "tied.toml"
-    case.write_text(TIED.format(blocks=[*blocks], start=[*start], end=[*end]))
+    case.write_text(TIED.format(blocks=[*blocks], start=[*start], end=[*end], strength=strength))
     return str(case)
 
 
@@ -275,6 +283,10 @@ def test_a_tie_acts_where_its_ends_are_and_check_says_where_that_is(tmp_path, ca
         ),
         ({"end": (0.3, -0.01, 0.4)}, "ties.0.end: (0.3, -0.01, 0.4) m is not on block 1; give a point of the block"),
         ({"blocks": (2, 0)}, "ties.0.blocks: a tie between supports holds nothing; name a block that can move"),
+        (
+            {"strength": "1e12 kN"},
+            "ties.0.strength: comes to 1e+15 N, more than 1e+06 times the mean weight of a block",
+        ),
         ({"start": (0, 0)}, "ties.0.start: [0, 0] is not accepted; write a list of at least 3"),
         ({"end": (0, 0, 0, 0)}, "ties.0.end: [0, 0, 0, 0] is not accepted; write a list of at most 3"),
     ],
