@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, tangents_of, triangles
@@ -19,6 +20,8 @@ FINER = 2
 """pixels drawn for one that is shown, on each side"""
 BIAS = 4e-3
 """Part of the picture's size by which a line may lie behind a face and still be drawn."""
+DEEP = 0.8
+"""part of the largest distance from a face's outline that the place of its number has at least"""
 LIGHT = np.array([0.25, 0.45, 0.86])
 """right, up, towards the eye"""
 
@@ -29,6 +32,16 @@ class View:
 
     name: str
     axes: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Picture:
+    """pixels (height, width, 3) from 0 to 1; face (height, width): the number of the face that is seen there, -1 for
+    none, counted over all bodies; first (n,): the number of each body's first one."""
+
+    pixels: FloatArray
+    face: IntArray
+    first: IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,16 +70,16 @@ def drawn(
     view: View,
     box: tuple[FloatArray, FloatArray],
     pixels: int,
-) -> FloatArray:
-    """Return a picture (height, width, 3) of bodies with colours (n, 3) and lines; box: the corners in the view's right
-    and up (2,) that it shows; pixels: its longer side."""
+) -> Picture:
+    """Return a picture of bodies with colours (n, 3) and lines; box: the corners in the view's right and up (2,) that
+    it shows; pixels: its longer side."""
     low, high = box
     scale = FINER * pixels / float((high - low).max())
     width, height = (max(4, int(np.ceil(side * scale))) for side in high - low)
     colour, depth = np.ones((height, width, 3)), np.full((height, width), -np.inf)
     face = np.full((height, width), -1, dtype=np.int64)
-    number = 0
-    for body, own in zip(bodies, colours, strict=True):
+    first = np.cumsum([0, *(len(body.faces) for body in bodies)])[:-1]
+    for body, own, number in zip(bodies, colours, first.tolist(), strict=True):
         place = body.vertices @ view.axes.T
         flat = (place[:, :2] - low) * scale
         normal = face_normals(body) @ view.axes.T
@@ -75,13 +88,44 @@ def drawn(
         for triangle, k in zip(triangles(body), _face_of_triangles(body), strict=True):
             if normal[k, 2] > 1e-9:
                 _fill(flat[triangle], place[triangle, 2], own * shade[k], number + groups[k], colour, depth, face)
-        number += len(body.faces)
     _edges(colour, face)
     for line in lines:
         _line(line, view, low, scale, colour, depth)
     trimmed = colour[: height // FINER * FINER, : width // FINER * FINER]
     averaged = trimmed.reshape(height // FINER, FINER, width // FINER, FINER, 3).mean(axis=(1, 3))
-    return np.asarray(averaged[::-1])
+    shown = face[: len(averaged) * FINER : FINER, : averaged.shape[1] * FINER : FINER]
+    return Picture(averaged[::-1], shown[::-1], first)
+
+
+def places_of_numbers(picture: Picture) -> dict[int, tuple[int, int, int, int]]:
+    """Return where the number of every body that is seen goes, on the face of which most is seen: column and row of the
+    pixel, and how many pixels of the face there are beside it in its row and in its column, itself among them."""
+    from scipy.ndimage import distance_transform_cdt
+
+    face = picture.face
+    seen = np.bincount(face.ravel() + 1)[1:]
+    by_face = np.split(np.argsort(face, axis=None, kind="stable"), np.cumsum([np.sum(face < 0), *seen[:-1]]))[1:]
+    padded = np.pad(face, 1, constant_values=-1)
+    alike = [np.roll(padded, step, axis) == padded for axis in (0, 1) for step in (-1, 1)]
+    inside = np.asarray(distance_transform_cdt(np.logical_and.reduce(alike)))[1:-1, 1:-1]
+    body = np.searchsorted(picture.first, np.arange(len(seen)), side="right") - 1
+    places = {}
+    for k in np.unique(body[seen > 0]).tolist():
+        largest = int(np.argmax(np.where(body == k, seen, 0)))
+        pixels = np.column_stack(np.unravel_index(by_face[largest], face.shape))
+        depth = inside[tuple(pixels.T)]
+        off = np.where(depth < DEEP * depth.max(), np.inf, np.linalg.norm(pixels - pixels.mean(axis=0), axis=1))
+        row, column = pixels[np.argmin(off)].tolist()
+        across, along = face[row] == largest, face[:, column] == largest
+        places[k] = (column, row, _around(across, column), _around(along, row))
+    return places
+
+
+def _around(holds: npt.NDArray[np.bool_], place: int) -> int:
+    """Return how many neighbours in a row hold, at a place that does."""
+    ends = np.flatnonzero(~holds)
+    after = np.searchsorted(ends, place)
+    return int((ends[after] if after < len(ends) else len(holds)) - (ends[after - 1] + 1 if after else 0))
 
 
 def _flat_groups(normal: FloatArray) -> IntArray:

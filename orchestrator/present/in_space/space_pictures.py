@@ -13,7 +13,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.atomic_files import write_bytes
 from orchestrator.geometry.polyhedra import Polyhedron
 from orchestrator.geometry.rigid import velocity_of_points
-from orchestrator.present.in_space.raster import Line, View, drawn, view_towards
+from orchestrator.present.in_space.raster import Line, Picture, View, drawn, places_of_numbers, view_towards
 from orchestrator.present.phrases import phrases
 from orchestrator.settings.project import Language
 from orchestrator.space.contacts import SpaceAssemblage
@@ -22,6 +22,7 @@ from orchestrator.space.loads import plan_axes
 from orchestrator.space.mechanism import AT_REST, SpaceMechanism, corner_speeds
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 STONE = (0.93, 0.89, 0.80)
@@ -44,6 +45,10 @@ TIE = ((0.0, 0.62, 0.45), 5.0, "tie")
 """colour, width and name of ties, which show through the stones that they run in"""
 PIXELS = 900
 """on the longer side of a view"""
+PANEL = (5.2, 4.1)
+"""inches; about what a view has in a picture"""
+NUMBERS = (3.5, 9.0)
+"""points; smallest numbers of blocks that can be read, others are left out, and largest"""
 AMPLITUDE = 0.12
 """largest displacement of the mechanism in pictures, as a part of the wall's height"""
 
@@ -63,8 +68,8 @@ def views_of(up: FloatArray, direction: FloatArray) -> dict[str, View]:
 
 
 def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path, language: Language = "en") -> Path:
-    """Draw blocks, joints (blue), ties (green) and supports (grey) aslant from both sides, in a language; return
-    `path`."""
+    """Draw blocks with their ids, joints (blue), ties (green) and supports (grey), aslant from both sides, in a
+    language; return `path`."""
     wall, joints = assemblage.wall, assemblage.joints
     bodies = [block.shape for block in wall.blocks]
     colours = np.array([SUPPORT if block.fixed else STONE for block in wall.blocks])
@@ -76,7 +81,8 @@ def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path, la
     supports, tied = int(wall.fixed.sum()), f"ties: {len(ties)} (green), " if ties else ""
     text = f"blocks: {len(bodies) - supports}, joints: {joints.count - len(ties)} (blue where they are seen), {tied}"
     text += f"supports: {supports} (grey)"
-    return _save(path, wall.name, text, [(bodies, colours, lines, view) for view in both], phrases(language))
+    panels = [(bodies, colours, lines, view) for view in both]
+    return _save(path, wall.name, text, panels, phrases(language), ids=[block.id for block in wall.blocks])
 
 
 def _opposite(view: View, up: FloatArray) -> View:
@@ -184,9 +190,16 @@ Panel = tuple[Sequence[Polyhedron], FloatArray, Sequence[Line], View]
 
 
 def _save(
-    path: Path, name: str, text: str, panels: Sequence[Panel], say: Callable[[str], str], legend: Sequence[Key] = ()
+    path: Path,
+    name: str,
+    text: str,
+    panels: Sequence[Panel],
+    say: Callable[[str], str],
+    legend: Sequence[Key] = (),
+    ids: Sequence[int] = (),
 ) -> Path:
-    """Draw panels in two columns, all to one scale, with a title and a legend of joints and ties."""
+    """Draw panels in two columns, all to one scale, with a title, a legend of joints and ties, and on the blocks ids
+    that are given."""
     from matplotlib.figure import Figure  # 0.3 s that other commands need not wait for
     from matplotlib.lines import Line2D
 
@@ -196,7 +209,10 @@ def _save(
     boxes = [_box(*panel) for panel in panels]
     for number, ((bodies, colours, lines, view), box) in enumerate(zip(panels, boxes, strict=True), 1):
         axes = figure.add_subplot(rows, 2, number)
-        axes.imshow(drawn(bodies, colours, lines, view, box, PIXELS), interpolation="antialiased")
+        picture = drawn(bodies, colours, lines, view, box, PIXELS)
+        axes.imshow(picture.pixels, interpolation="antialiased")
+        if ids:
+            _write_ids(axes, picture, ids)
         axes.set_title(say(view.name), fontsize=9)
         axes.axis("off")
     figure.suptitle(f"{name}\n{say(text)}", fontsize=10, parse_math=False)
@@ -204,6 +220,21 @@ def _save(
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9, frameon=False)
     return _written(figure, path)
+
+
+def _write_ids(axes: Axes, picture: Picture, ids: Sequence[int]) -> None:
+    """Write the ids of blocks on the faces that are seen, as large as they fit, where they can be read."""
+    from matplotlib.patheffects import withStroke
+
+    height, width = picture.face.shape
+    points = 72.0 * min(PANEL[0] / width, PANEL[1] / height)
+    halo = [withStroke(linewidth=1.5, foreground="white", alpha=0.8)]
+    for body, (column, row, across, along) in places_of_numbers(picture).items():
+        number = str(ids[body])
+        size = points * min(0.9 * along, across / (0.7 * len(number)))
+        if size >= NUMBERS[0]:
+            text = axes.text(column, row, number, ha="center", va="center", fontsize=min(size, NUMBERS[1]))
+            text.set(path_effects=halo, in_layout=False)
 
 
 def _box(

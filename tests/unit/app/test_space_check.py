@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
 
 from orchestrator.app import cli
 from orchestrator.geometry.polyhedra import box
-from tests.support.space_walls import GROUND, block_file_of, record
+from orchestrator.present.in_space import space_pictures
+from orchestrator.present.in_space.raster import drawn, places_of_numbers, view_towards
+from orchestrator.space.contacts import find_joints
+from tests.support.space_walls import GROUND, block_file_of, record, wall_of
 
 CASE = """
 [wall]
@@ -172,3 +176,40 @@ def test_an_upright_load_stands_where_a_base_shear_would(pier, tmp_path):
     assert " 1.00000 16.00 " in printed
     assert not re.search("shear (at|kN|[0-9])", printed)
     assert figures_of(tmp_path / "out" / "collapse.html") in ("carico sismico: 16,00 kN verso l&#39;alto", "")
+
+
+def test_the_picture_has_the_numbers_of_all_blocks_that_are_seen(tmp_path, monkeypatch):
+    """Four walls around a block that is seen from neither side."""
+    figures = []
+    monkeypatch.setattr(space_pictures, "_written", lambda figure, path: figures.append(figure) or path)
+    around = [box((-2.0, y, 0.0), (2.0, y + 0.5, 4.0)) for y in (-2.0, 1.5)]
+    around += [box((x, -1.5, 0.0), (x + 0.5, 1.5, 4.0)) for x in (-2.0, 1.5)]
+    hidden = box((-0.5, -0.5, 0.0), (0.5, 0.5, 0.3))
+    wall = find_joints(wall_of([GROUND, *around, hidden], 0.6))
+    space_pictures.save_wall(wall, np.array([0.0, -1.0, 0.0]), tmp_path / "blocks.png")
+    for axes in figures[0].axes:
+        assert {text.get_text() for text in axes.texts} == {"0", "1", "2", "3", "4"}
+
+
+def test_the_number_of_a_block_stands_where_a_ray_meets_it_first():
+    """Rays towards the picture against boxes, side by side of each (the slab method)."""
+    steps = [box((x, 0.3 * x, 0.0), (x + 1.0, 2.0, 1.0 + 0.5 * (x % 3))) for x in range(6)]
+    view = view_towards("aslant", np.array([0.6, -1.0, 0.7]), np.array([0.0, 0.0, 1.0]))
+    low, high = np.array([-5.0, -5.0]), np.array([7.0, 5.0])
+    picture = drawn(steps, np.full((6, 3), 0.9), [], view, (low, high), 600)
+    places = places_of_numbers(picture)
+    assert set(places) == set(range(6))
+    for number, (column, row, across, along) in places.items():
+        assert min(across, along) > 5
+        for right, up in ((column, row), (column + across // 3, row), (column, row - along // 3)):
+            place = low + (np.array([right, len(picture.face) - 1 - up]) + 0.5) * (12.0 / 600)
+            start = place @ view.axes[:2] + 50.0 * view.axes[2]
+            reached = [first_met(step.vertices, start, -view.axes[2]) for step in steps]
+            assert int(np.argmin(reached)) == number
+
+
+def first_met(corners, start, along) -> float:
+    """How far along a ray a box begins, infinite for one that it misses."""
+    both = (np.array([corners.min(axis=0), corners.max(axis=0)]) - start) / along
+    enter, leave = both.min(axis=0).max(), both.max(axis=0).min()
+    return float(enter) if enter < leave else np.inf
