@@ -171,3 +171,24 @@ def test_ties_are_drawn_told_with_their_forces_and_no_joints(tmp_path, capsys, l
     assert {value for _, value in rows_of(page)} >= {*TIES_TOLD[language][:2]}
     for name in ("blocks", "mechanism"):
         assert green_columns(out / "figures" / f"{name}.png") > 200
+
+
+def test_the_page_names_the_block_under_the_pointer(tmp_path):
+    """Stones of 1, 2 and 3 m on each other, from the front: a metre is 0.75 of the canvas' height over the diagonal of
+    the pile."""
+    from tests.support.browser import headless, opened, webdriver
+
+    stones = [box((0.0, 0.0, low), (1.0, 1.0, high)) for low, high in ((0.0, 1.0), (1.0, 3.0), (3.0, 6.0))]
+    wall = block_file_of([GROUND, *stones])
+    (tmp_path / "wall.json").write_text(json.dumps(wall))
+    assert cli.main(["check", str(tmp_path / "wall.json"), "--output", str(tmp_path / "out")]) == 0
+    with headless() as page:
+        opened(page, (tmp_path / "out" / "blocks.html").as_uri())
+        page.find_element("css selector", "button[data-view=front]").click()
+        canvas = page.find_element("css selector", "#scene")
+        metre = 0.75 * canvas.size["height"] / 38**0.5
+        told = "return document.getElementById('named').textContent"
+        for said, height in (("block 3", 4.5), ("block 2", 2.0), ("", 6.5), ("block 1", 0.5)):
+            up = webdriver.ActionChains(page).move_to_element_with_offset(canvas, 0, round(metre * (3.0 - height)))
+            up.perform()
+            webdriver.support.wait.WebDriverWait(page, 60).until(lambda p, said=said: p.execute_script(told) == said)

@@ -51,13 +51,17 @@
   }
   const of = (block) => [...block.centre, ...block.move];
   const none = [0, 0, 0];
-  const faces = [], edges = [], resting = [], moving = [];
-  for (const block of data.blocks) {
+  const faces = [], edges = [], resting = [], moving = [], numbers = [];
+  data.blocks.forEach((block, place) => {
+    const digits = [1, 256, 65536].map((part) => (Math.floor((place + 1) / part) % 256) / 255);
     block.triangles.forEach((corners, k) => {
-      for (const corner of corners) faces.push(...block.vertices[corner], ...block.normals[block.faces[k]], ...block.colour, ...of(block));
+      for (const corner of corners) {
+        faces.push(...block.vertices[corner], ...block.normals[block.faces[k]], ...block.colour, ...of(block));
+        numbers.push(...block.vertices[corner], ...none, ...digits, ...of(block));
+      }
     });
     for (const edge of block.edges) for (const corner of edge) edges.push(...block.vertices[corner], ...none, 0.25, 0.24, 0.22, ...of(block));
-  }
+  });
   for (const joint of data.joints) {
     const into = joint.moves ? moving : resting, block = data.blocks[joint.block];
     joint.at.forEach((start, k) => {
@@ -82,16 +86,18 @@
       }
     });
   }
-  const meshes = { faces: mesh(faces), edges: mesh(edges), resting: mesh(resting), moving: mesh(moving), ties: mesh(ties) };
+  const meshes = { faces: mesh(faces), edges: mesh(edges), resting: mesh(resting), moving: mesh(moving), ties: mesh(ties), numbers: mesh(numbers) };
   const up = data.up, ahead = data.ahead, beside = cross(up, ahead);
   const views = { aslant: [0.65, 0.42], front: [0, 0.03], side: [Math.PI / 2, 0.03], plan: [0, Math.PI / 2 - 1e-3] };
   let [around, above] = views.aslant, near = 1, printed = false;
 
-  function draw() {
+  // the picture; or, where `picking` is true, every block in a colour that is its number, for `named`
+  function draw(picking) {
     const ratio = Math.max(window.devicePixelRatio || 1, printed ? 3 : 1);
     canvas.width = Math.round(canvas.clientWidth * ratio); canvas.height = Math.round(canvas.clientHeight * ratio);
     gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.clearColor(1, 1, 1, 1); gl.enable(gl.DEPTH_TEST); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const ground = picking === true ? 0 : 1;
+    gl.clearColor(ground, ground, ground, 1); gl.enable(gl.DEPTH_TEST); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const eye = mixed([Math.cos(above) * Math.cos(around), ahead], [Math.cos(above) * Math.sin(around), beside], [Math.sin(above), up]);
     const right = mixed([-Math.sin(around), ahead], [Math.cos(around), beside]), top = cross(eye, right);
     const high = 1.5 * near, wide = high * canvas.height / canvas.width;
@@ -102,9 +108,10 @@
     gl.uniformMatrix4fv(gl.getUniformLocation(program, "view"), false, view);
     gl.uniform3fv(gl.getUniformLocation(program, "lamp"), mixed([0.86, eye], [0.45, top], [0.25, right]));
     gl.uniform1f(gl.getUniformLocation(program, "part"), slider ? slider.value / 1000 : 0);
-    const shown = [["faces", gl.TRIANGLES, 0], ["edges", gl.LINES, 4e-4], ["moving", gl.LINES, 2e-3]];
+    let shown = [["faces", gl.TRIANGLES, 0], ["edges", gl.LINES, 4e-4], ["moving", gl.LINES, 2e-3]];
     if (byId("joints").checked) shown.push(["resting", gl.LINES, 1e-3]);
     shown.push(["ties", gl.TRIANGLES, 0.5]);
+    if (picking === true) shown = [["numbers", gl.TRIANGLES, 0]];
     for (const [name, kind, towards] of shown) {
       if (!meshes[name].count) continue;
       gl.bindBuffer(gl.ARRAY_BUFFER, meshes[name].buffer);
@@ -119,16 +126,34 @@
     }
   }
 
-  let held = null;
+  // the id of the block under the pointer: the pixels around it are of one number, or it is on an edge
+  function named(event) {
+    draw(true);
+    const ratio = canvas.width / canvas.clientWidth, seen = new Uint8Array(36);
+    const [x, y] = [Math.floor(event.offsetX * ratio), canvas.height - 1 - Math.floor(event.offsetY * ratio)];
+    gl.readPixels(x - 1, y - 1, 3, 3, gl.RGBA, gl.UNSIGNED_BYTE, seen);
+    draw();
+    const places = [...Array(9).keys()].map((k) => seen[4 * k] + 256 * seen[4 * k + 1] + 65536 * seen[4 * k + 2]);
+    const block = places.every((place) => place === places[0]) && data.blocks[places[0] - 1];
+    const label = byId("named");
+    label.textContent = block ? `${label.dataset.block} ${block.id}` : "";
+  }
+
+  let held = null, asked = false;
   canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
   canvas.addEventListener("pointerup", () => { held = null; });
   canvas.addEventListener("pointermove", (event) => {
-    if (!held) return;
+    if (!held) {
+      if (!asked) requestAnimationFrame(() => { asked = false; named(event); });
+      asked = true;
+      return;
+    }
     around -= (event.clientX - held[0]) * 0.008;
     above = Math.max(-1.57, Math.min(1.57, above + (event.clientY - held[1]) * 0.008));
     held = [event.clientX, event.clientY];
     draw();
   });
+  canvas.addEventListener("pointerleave", () => { byId("named").textContent = ""; });
   canvas.addEventListener("wheel", (event) => { event.preventDefault(); near *= Math.exp(-event.deltaY * 0.001); draw(); }, { passive: false });
   for (const button of document.querySelectorAll("button[data-view]")) {
     button.addEventListener("click", () => { [around, above] = views[button.dataset.view]; near = 1; draw(); });
