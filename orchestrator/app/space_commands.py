@@ -97,7 +97,7 @@ def _show_mechanism(
     say: Callable[[str], None],
 ) -> None:
     """Say what the mechanism is, draw it, and write it down."""
-    mechanism = mechanism_of(assemblage, analysis.shown.velocities)
+    mechanism = mechanism_of(assemblage, analysis.shown.velocities, analysis.shown.forces)
     remarks = [*doubtful_joints(case, assemblage), *without_mass(case), *analysis.remarks]
     for remark in remarks:
         say(remark)

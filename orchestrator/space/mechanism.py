@@ -17,6 +17,8 @@ AT_REST = 1e-3
 """Part of the wall's largest velocity below which nothing moves."""
 NOTICED = 1e-2
 """part of it from which the slip of a joint that turns is told, as that of joints in the plane is marked"""
+BEARS = 1e-6
+"""part of the largest force from which a contact point bears"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,13 +38,16 @@ class SpaceMechanism:
         return self.motion.count(kind)
 
 
-def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMechanism:
-    """Classify a mechanism with velocities (n, 6) of all blocks.
+def mechanism_of(
+    assemblage: SpaceAssemblage, velocities: FloatArray, forces: FloatArray | None = None
+) -> SpaceMechanism:
+    """Classify a mechanism with velocities (n, 6) of all blocks; forces (p, 3) in N of all contact points, where known,
+    say which of them bear although they open, as those of an associative mechanism do where they slide.
 
-    A joint opens where it opens at all contact points, and hinges where it opens at some and slips by no more than
-    NOTICED at the others: a floor that is dragged off its pier slides, however little it lifts off an edge. It twists
-    where it turns about its normal faster than its middle slides, slides otherwise; it rests where no point moves by
-    more than AT_REST.
+    A joint opens where it opens at all contact points and bears at none, hinges where it opens at some and slips by no
+    more than NOTICED at the others: a floor that is dragged off its pier slides, however little it lifts off an edge.
+    It twists where it turns about its normal faster than its middle slides, slides otherwise; it rests where no point
+    moves by more than AT_REST.
     """
     joints = assemblage.joints
     speeds = corner_speeds(assemblage, velocities)
@@ -53,13 +58,16 @@ def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMe
     slip = relative - opening[:, None] * joints.normal[of]
     first = np.searchsorted(of, np.arange(joints.count))
     points = np.bincount(of, minlength=joints.count)
-    least, most = np.minimum.reduceat(opening, first), np.maximum.reduceat(opening, first)
+    closed = opening <= limit
+    if forces is not None:
+        closed |= forces[:, 0] > BEARS * forces[:, 0].max()
+    bears, most = np.logical_or.reduceat(closed, first), np.maximum.reduceat(opening, first)
     speed = np.linalg.norm(slip, axis=1)
     sliding = np.maximum.reduceat(speed, first)
-    turning = np.maximum.reduceat(np.where(opening > limit, 0.0, speed), first) <= NOTICED / AT_REST * limit
+    turning = np.maximum.reduceat(np.where(closed, speed, 0.0), first) <= NOTICED / AT_REST * limit
     mean = np.linalg.norm(np.add.reduceat(slip, first, axis=0) / points[:, None], axis=1)
     motion = np.select(
-        [least > limit, (most > limit) & turning, (sliding > limit) & (sliding > 2.0 * mean), sliding > limit],
+        [~bears, (most > limit) & turning, (sliding > limit) & (sliding > 2.0 * mean), sliding > limit],
         ["opens", "hinges", "twists", "slides"],
         "rests",
     )

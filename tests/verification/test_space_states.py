@@ -179,6 +179,8 @@ def test_mechanisms_are_told_apart():
         analysis = states_of(wall, direction, states="headline")
         mechanism = mechanism_of(analysis.assemblage, analysis.headline.velocities)
         assert mechanism.motion == (kind,)
+        bound = analysis.associative  # in which it lifts off as it slides, all round, and bears all the same
+        assert mechanism_of(analysis.assemblage, bound.velocities, bound.forces).motion == (kind,)
     velocities = np.zeros((2, 6))
     velocities[1, 5] = 1.0
     assert mechanism_of(analysis.assemblage, velocities).motion == ("twists",)

@@ -139,8 +139,8 @@ def joint_lines(
         corners, i, j = joints.corners(k), joints.i[k], joints.j[k]
         if kind == "hinges":
             of_i, of_j = (velocity_of_points(velocities[block], corners - centroids[block]) for block in (i, j))
-            relative = of_j - of_i
-            shut = corners[relative @ joints.normal[k] <= limit]
+            opening = (of_j - of_i) @ joints.normal[k]
+            shut = corners[opening <= limit + max(float(opening.min()), 0.0)]
             line = shut if len(shut) > 1 else np.repeat(shut, 2, axis=0)
         else:
             line = np.vstack([corners, corners[:1]])
