@@ -38,6 +38,8 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     given_in_space = {name: value for name, value in texts.items() if value is not None}
     if in_space.takes(options.file, given_in_space):
         return in_space.import_wall(options.file, given_in_space, options.output, picture, console)
+    import numpy as np
+
     from orchestrator.app import intake
 
     intake.refuse_output(options.output)
@@ -54,7 +56,9 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     files = ", ".join(str(path) for path in written)
     supports = len(wall.blocks) - free
     counted = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
-    console.print(f"{counted}: {files}", soft_wrap=True)
+    width, height = np.ptp(np.vstack([block.polygon for block in wall.blocks if not block.fixed]), axis=0)
+    size = f"{width:.4g} x {height:.4g} m, {wall.thickness:.4g} m thick"
+    console.print(f"{counted}, {size}: {files}", soft_wrap=True)
     return 0
 
 

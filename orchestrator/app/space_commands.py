@@ -128,7 +128,7 @@ def _show_mechanism(
 
 
 def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
-    """Say at once what is begun, and how a push gets on every few seconds."""
+    """Say at once what is begun, by its name, and how a push gets on every few seconds."""
     from time import perf_counter
 
     last: dict[str, Any] = {"kind": "", "at": 0.0}
@@ -136,8 +136,8 @@ def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
     def report(text: str) -> None:
         kind, now = text.partition(":")[0], perf_counter()
         if kind != last["kind"] or now - last["at"] > 5.0:
+            say(text if kind == last["kind"] else kind)
             last.update(kind=kind, at=now)
-            say(text)
 
     return report
 

@@ -57,9 +57,11 @@ def test_import_of_every_kind_gives_a_block_file_and_its_picture(tmp_path, capsy
         kind = "templates/wall1.txt" if name == "wall.txt" else "tests/data/ferris_tinloi_wall1.json"
         source.write_text((PROJECT / kind).read_text())
     assert call("import", source, "--output", output, *options) == 0
-    assert "33 blocks, 1 support" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "33 blocks, 1 support, " in said
     wall = read_blocks(output)
     if name != "wall.png":
+        assert "2 x 1.05 m, 0.1 m thick: " in said
         assert_same_wall(wall, WALL_1)
     assert associative(wall) == pytest.approx(PUBLISHED, rel=0.02 if name == "wall.png" else 1e-3)
     with Image.open(output.with_name(f"{output.stem}_imported.png")) as picture:
