@@ -100,12 +100,17 @@ def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) 
         counted = [row for row in rows if row["capacity"] != ""]
         if not counted:
             return None, "not compared" if any(row["multiplier"] != "" for row in rows) else "nothing"
-        return min(counted, key=lambda row: float(row["capacity"])), "strength"
-    least = min(ratios, key=lambda row: float(row["safety_ratio"]), default=None)
+        return min(counted, key=lambda row: _beyond_rounding(row["capacity"])), "strength"
+    least = min(ratios, key=lambda row: _beyond_rounding(row["safety_ratio"]), default=None)
     if least is not None and least["safety_ratio"] < 1.0:
         return least, "not verified"
     unknown = any(row["verified"] == "not made" for row in rows)
     return least, "open" if unknown else "verified"
+
+
+def _beyond_rounding(value: float) -> float:
+    """Return a value without the digits that mirror images differ by: of alike rows the first governs."""
+    return float(f"{value:.6g}")
 
 
 def _not_compared(row: dict[str, Any]) -> dict[str, Any]:

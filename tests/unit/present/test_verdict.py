@@ -35,6 +35,13 @@ def test_the_least_ratio_of_all_load_cases_governs():
     assert "up to a ground acceleration of 0.220 g, 0.200 g is asked for" in said
 
 
+def test_of_load_cases_that_differ_by_rounding_the_first_governs():
+    """A wall that is its own mirror image, pushed both ways."""
+    assert of(plus=summary(peak=9e3 * (1.0 + 1e-9)), minus=summary(peak=9e3)).governing["load_case"] == "plus"
+    by_ratio = of(plus=summary(check(1.1 * (1.0 + 1e-9))), minus=summary(check(1.1)))
+    assert by_ratio.governing["load_case"] == "plus"
+
+
 def test_one_failed_check_of_one_load_case_is_enough():
     found = of(a=summary(check(1.5)), b=summary(check(0.999)))
     assert found.state == "not verified"
