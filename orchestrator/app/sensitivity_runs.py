@@ -85,7 +85,7 @@ class SensitivityOutcome:
 
 
 def sensitivity(
-    case: Case, output: Path, comm: MPI.Intracomm | None, report: Report, force: bool = True
+    case: Case, output: Path, comm: MPI.Intracomm | None, report: Report, force: bool = False
 ) -> SensitivityOutcome | None:
     """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError, where not by
     `force` for a folder with the table of another analysis too."""

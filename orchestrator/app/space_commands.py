@@ -25,7 +25,7 @@ from orchestrator.app.space_rows import (
     wall_rows,
     without_mass,
 )
-from orchestrator.basis.errors import ConvergenceError, naming
+from orchestrator.basis.errors import ConvergenceError, FallsError, naming
 from orchestrator.basis.printed import counted, printed
 from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
@@ -181,18 +181,19 @@ def table(analysis: SpaceAnalysis) -> Table:
     load = "base shear\nkN" if analysis.upright_load is None else "live load\nkN"
     for column in ("", "multiplier", load, "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
         result.add_column(column, justify="right" if column else "left", no_wrap=True)
-    lowest = min((s for s in analysis.states if s.counts), key=lambda s: s.load_multiplier, default=None)
-    highest = max((s for s in analysis.states if s.counts), key=lambda s: s.load_multiplier, default=None)
-    named = {} if analysis.associative is None else {"associative (bound)": analysis.associative}
+    lowest = min((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
+    highest = max((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
+    named = dict[str, SpaceState]()
     other = "uniform" if analysis.torsion == "corners" else "corners"
     for state in analysis.states:
         if state.name in PUSHES:
             named[state.name.removeprefix(f"{PUSHES[0]}, ")] = state
     named |= {"lowest found": lowest, "highest found": highest} if lowest and highest else {}
+    result.add_row("associative (bound)", *(_row(analysis.associative, analysis) if analysis.associative else [HELD]))
+    if torsions_differ(analysis):
+        result.add_row(f"  torsion {other}", bound_words(analysis.other_torsion, 5))
     for name, state in named.items():
         result.add_row(name, *_row(state, analysis))
-        if state is analysis.associative and torsions_differ(analysis):
-            result.add_row(f"  torsion {other}", bound_words(analysis.other_torsion, 5))
     return result
 
 
@@ -231,7 +232,7 @@ def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) ->
         found = analyse(assemblage, loads, replace(case.limit_analysis, states="headline"))
     except UnresistedError as error:
         return InDirection(angle, gap=f"{HELD}, {error.problem}")
-    except ConvergenceError as error:
+    except (ConvergenceError, FallsError) as error:
         return InDirection(angle, gap=f"not found, {error}")
     headline = found.headline.load_multiplier if found.headline else math.nan
     return InDirection(angle, found.bound if math.isfinite(found.bound) else math.nan, headline)

@@ -65,7 +65,7 @@ class StudyOutcome:
 
 
 def study(
-    case: Case, output: Path, comm: MPI.Intracomm | None, report: Report, force: bool = True
+    case: Case, output: Path, comm: MPI.Intracomm | None, report: Report, force: bool = False
 ) -> StudyOutcome | None:
     """Run the grid of [study] into the folder `output`; None on the ranks that only work. Raises CaseError, where not
     by `force` for a folder with the table of another study too."""

@@ -136,7 +136,7 @@ def _why(
 def _bounds(bound: float, holds: bool, of_what: str) -> str:
     """Return that the associative multiplier is an upper bound, or why it is none; of_what as of `_why`."""
     if bound == inf:
-        return "there is no upper bound, as sliding that dilates is held by any load."
+        return "there is no upper bound, as joints whose sliding dilates would bear any load."
     if holds:
         return f"the associative {_limit(bound)} is an upper bound{of_what}."
     return f"the associative {_limit(bound)} is no upper bound, as stones bear where there is no joint."

@@ -31,6 +31,8 @@ LIMIT = "limit analysis"
 """the check of such a row where it is not from a curve"""
 STEEP = "its live load is more vertical than horizontal: its base shear is not compared"
 """remark on such a row of a load case that is one of several"""
+ROUNDING = 1e-6
+"""part of a value that is rounding"""
 State = Literal["verified", "not verified", "open", "strength", "not compared", "nothing"]
 
 
@@ -100,17 +102,18 @@ def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) 
         counted = [row for row in rows if row["capacity"] != ""]
         if not counted:
             return None, "not compared" if any(row["multiplier"] != "" for row in rows) else "nothing"
-        return min(counted, key=lambda row: _beyond_rounding(row["capacity"])), "strength"
-    least = min(ratios, key=lambda row: _beyond_rounding(row["safety_ratio"]), default=None)
-    if least is not None and least["safety_ratio"] < 1.0:
-        return least, "not verified"
+        return _first_of_least(counted, "capacity"), "strength"
+    if failed := [row for row in ratios if row["safety_ratio"] < 1.0]:
+        return _first_of_least(failed, "safety_ratio"), "not verified"
+    least = _first_of_least(ratios, "safety_ratio") if ratios else None
     unknown = any(row["verified"] == "not made" for row in rows)
     return least, "open" if unknown else "verified"
 
 
-def _beyond_rounding(value: float) -> float:
-    """Return a value without the digits that mirror images differ by: of alike rows the first governs."""
-    return float(f"{value:.6g}")
+def _first_of_least(rows: Sequence[dict[str, Any]], key: str) -> dict[str, Any]:
+    """Return the first row that has the least value but for ROUNDING, by which mirror images may differ."""
+    least = min(row[key] for row in rows)
+    return next(row for row in rows if row[key] <= (1.0 + ROUNDING) * least)
 
 
 def _not_compared(row: dict[str, Any]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
 from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.elastic_joints import Push, push
+from orchestrator.space.elastic_joints import HELD_BY, Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
@@ -60,10 +60,12 @@ ONE_ANSWER = 0.01
 LEAST = 1e-4
 """live load, mean block weights, below which the end of a push is no state but for rounding, and none that was closed
 from it without it is the wall's"""
-HELD_UP = "states at λ = {} are of loose stones that the live load would have to hold up: no capacities of the wall"
-DILATION_HOLDS = (
-    "WARNING: any load in this direction holds sliding that dilates, by which joints press ever more: there is no "
-    "upper bound, and a wall whose joints are pressed beforehand may bear more than the states found"
+NO_LOAD = "it needs no live load"
+"""why a state is none: under the dead load alone it falls, unless joints are pressed beforehand"""
+LOOSE = "what moves in them stands only as its joints are pressed beforehand; they are no capacities"
+UNBOUNDED = (
+    "if sliding dilated, joints would press ever more and the wall would bear any load in this direction: there is no "
+    "upper bound, and joints that are pressed beforehand may bear more than the states found"
 )
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
@@ -107,7 +109,7 @@ class SpaceAnalysis:
     def headline(self) -> SpaceState | None:
         """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
         the first state that the end of a push was closed to."""
-        valid = [state for state in self.states if state.counts]
+        valid = [state for state in self.states if state.valid]
         pushes = [state for state in valid if state.name in PUSHES]
         if not pushes:
             return valid[0] if valid else None
@@ -118,13 +120,13 @@ class SpaceAnalysis:
     @property
     def lowest(self) -> SpaceState | None:
         """The lowest state found."""
-        valid = [state for state in self.states if state.counts]
+        valid = [state for state in self.states if state.valid]
         return min(valid, key=lambda state: state.load_multiplier, default=None)
 
     @property
     def range(self) -> tuple[float, float] | None:
         """Lowest and highest state found."""
-        multipliers = [state.load_multiplier for state in self.states if state.counts]
+        multipliers = [state.load_multiplier for state in self.states if state.valid]
         return (min(multipliers), max(multipliers)) if multipliers else None
 
     @property
@@ -174,21 +176,21 @@ def analyse(
     except UnresistedError as error:  # a state without dilation is the only answer, then
         unresisted = error
         settings = replace(settings, states="headline") if settings.states == "none" else settings
-    states: list[SpaceState] = []
+    states = list[SpaceState]()
     remarks = [no_rest_words(listed(falling), len(falling))] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
         states += search.pushes()
-        if settings.states == "range" or not any(state.counts for state in states):
+        if unresisted is not None and search.is_held and not any(state.valid for state in states):
+            raise unresisted
+        if settings.states == "range" or not any(state.valid for state in states):
             for state in search.others():
                 states.append(state)
-                if state.counts and settings.states == "headline":
+                if state.valid and settings.states == "headline":
                     break
-        if unresisted is not None and not any(
-            state.counts and moves(equilibrium, state.velocities) for state in states
-        ):
-            raise unresisted
-        remarks += [DILATION_HOLDS] * (unresisted is not None) + _remarks(states)
+        if unresisted is not None and not any(state.valid for state in states):
+            raise ConvergenceError("search without dilation", f"{UNBOUNDED}; no state was found: {_nearest(states)}")
+        remarks += [f"WARNING: {UNBOUNDED}"] * (unresisted is not None) + _remarks(states)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
     analysis = SpaceAnalysis(
         assemblage=assemblage,
@@ -227,6 +229,7 @@ class _Search:
         self._small = len(equilibrium.free_blocks) <= SMALL_BLOCKS
         self._starts: list[tuple[str, FloatArray]] = []
         self._flow = np.inf
+        self.is_held = False
 
     def _until(self, share: float) -> float:
         return self._started + share * self._seconds
@@ -244,9 +247,8 @@ class _Search:
         ends = [self._of_push(PUSHES[0], first)]
         self._starts = [("elastic joints", first.slip)]
         self._flow = first.flow
-        if self._small and perf_counter() < self._until(
-            0.8 * SHARES[0]
-        ):  # else time is better spent on closing what it has come to
+        in_time = perf_counter() < self._until(0.8 * SHARES[0])  # else time is better spent on closing what it came to
+        if self._small and in_time:
             second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
             ends.append(self._of_push(PUSHES[1], second))
             self._starts.append(("equal springs", second.slip))
@@ -280,23 +282,30 @@ class _Search:
     def _push(self, name: str, power: float, share: float, most: float = np.inf) -> Push:
         stiffness = depth_stiffness(self._assemblage, power)
         budget = min(max(self._until(share) - perf_counter(), 1.0), most)
-        return push(
-            self._assemblage,
-            self._equilibrium,
-            self._gravity,
-            stiffness,
-            budget,
-            lambda text: self._report(f"{name}: {text}"),
-        )
+        wall = (self._assemblage, self._equilibrium, self._gravity)
+        return push(*wall, stiffness, budget, lambda text: self._report(f"{name}: {text}"))
 
     def _of_push(self, name: str, pushed: Push) -> SpaceState:
-        state = state_of(name, self._assemblage, self._loads, pushed, pushed.velocities, self._equilibrium.torsion)
+        state = self._state(name, pushed, pushed.velocities)
         if pushed.converged:
             return state
+        self.is_held |= self._applied(pushed.load_multiplier) >= HELD_BY
         why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
-        return SpaceState(
-            name, state.load_multiplier, state.forces, state.velocities, state.validation, state.seconds, why
-        )
+        return replace(state, error=why)
+
+    def _state(self, name: str, solution: ConicSolution | Push, velocities: FloatArray) -> SpaceState:
+        """Return a state, valid or not; one that needs no live load, or is moved by its rounding only, is none."""
+        torsion = self._equilibrium.torsion
+        state = state_of(name, self._assemblage, self._loads, solution, velocities, torsion)
+        if state.valid and self._applied(state.load_multiplier) <= LEAST:
+            return replace(state, error=NO_LOAD)
+        if state.valid and self._associative is None and not moves(self._equilibrium, state.velocities):
+            return replace(state, error="it moves by rounding of the load only")
+        return state
+
+    def _applied(self, multiplier: float) -> float:
+        """Return the live load at a multiplier, mean block weights."""
+        return multiplier * self._equilibrium.live_total / self._equilibrium.weight_scale
 
     def _closed(self, name: str, slip: FloatArray, until: float) -> Iterator[SpaceState]:
         """Yield the states of a descent from slips and the highest that goes with them."""
@@ -312,22 +321,25 @@ class _Search:
         yield self._of_closed(f"highest from {name}", highest)
 
     def _of_closed(self, name: str, closed: descent.Closed) -> SpaceState:
-        velocities, torsion = closed.mechanism.velocities, self._equilibrium.torsion
-        return state_of(name, self._assemblage, self._loads, closed.forces, velocities, torsion)
+        return self._state(name, closed.forces, closed.mechanism.velocities)
 
 
 def _remarks(states: list[SpaceState]) -> list[str]:
-    """Say what the figures do not: states that the live load would have to hold up, which push the headline is not, and
-    how near to a state one came where none is."""
-    held_up = dict.fromkeys(as_lambda(one.load_multiplier) for one in states if one.valid and not one.counts)
-    said = [HELD_UP.format(", ".join(held_up))] if held_up else []
-    if states[0].counts:
+    """Say what the figures do not: states that need no live load, which push the headline is not, and how near to a
+    state one came where none is."""
+    loose = dict.fromkeys(as_lambda(one.load_multiplier) for one in states if one.error == NO_LOAD)
+    said = [f"states at λ = {', '.join(loose)} need no live load: {LOOSE}"] if loose else []
+    if states[0].valid:
         return said
     why = f"the push on elastic joints found no state ({states[0].error})"
-    if any(state.counts for state in states):
-        other = any(state.counts and state.name in PUSHES for state in states)
+    if any(state.valid for state in states):
+        other = any(state.valid and state.name in PUSHES for state in states)
         instead = "that with equal springs did" if other else "the headline is the state that its end was closed to"
         return [*said, f"WARNING: {why}; {instead}"]
+    none = f"no state without dilation found: {why}; {_nearest(states)}"
+    return [*said, f"WARNING: {none}; the associative multiplier is a bound"]
+
+
+def _nearest(states: list[SpaceState]) -> str:
     near = min(states, key=lambda state: state.validation.flow)
-    nearest = f"nearest to one: λ {near.load_multiplier:.4f}, {near.validation.flow:.0e} of its power out of balance"
-    return [*said, f"WARNING: no state without dilation found: {why}; {nearest}; the associative multiplier is a bound"]
+    return f"nearest to one: λ {near.load_multiplier:.4f}, {near.validation.flow:.0e} of its power out of balance"

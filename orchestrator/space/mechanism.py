@@ -60,7 +60,7 @@ def mechanism_of(
     points = np.bincount(of, minlength=joints.count)
     closed = opening <= limit
     if forces is not None:
-        closed |= forces[:, 0] > BEARS * forces[:, 0].max()
+        closed |= forces[:, 0] > BEARS * forces[~joints.is_tie[of], 0].max(initial=0.0)
     bears, most = np.logical_or.reduceat(closed, first), np.maximum.reduceat(opening, first)
     speed = np.linalg.norm(slip, axis=1)
     sliding = np.maximum.reduceat(speed, first)

@@ -33,11 +33,6 @@ class SpaceState:
         """Whether this is a limit state without dilation."""
         return not self.error
 
-    @property
-    def counts(self) -> bool:
-        """Whether it is one under some live load: one that the live load would have to hold up is no capacity."""
-        return self.valid and self.load_multiplier > 0.0
-
 
 def state_of(
     name: str,

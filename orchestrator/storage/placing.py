@@ -63,7 +63,7 @@ def placed(folders: Sequence[Path], source: Source, force: bool) -> Iterator[Non
         written = (*files, folder / RECORD)
         refuse_input(written, source.files)
         if not force:
-            _refuse_foreign(written, (folder, *others))
+            _refuse_foreign(written, (folder.parent, folder, *others))
         inside = {path: temporary for path, temporary in files.items() if path.is_relative_to(folder)}
         named.update({path.relative_to(folder).as_posix(): hash_file(temporary) for path, temporary in inside.items()})
         earlier = named_in(read_record(folder))

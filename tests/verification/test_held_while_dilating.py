@@ -3,17 +3,19 @@ was, and the multiplier is that of the wall without its neighbours' help."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from orchestrator.app import cli
 from orchestrator.geometry.polyhedra import box, prism
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.resistance import UnresistedError
-from tests.support.space_walls import wall_of
+from tests.support.space_walls import block_file_of, wall_of
 
 THICK, HIGH, WIDE = 0.4, 3.0, 2.0
 
@@ -39,7 +41,7 @@ def test_a_panel_between_two_piers_turns_over_as_if_they_were_not_there(scale, s
     found = analysed(between(scale, sides), 0.6, "-y" if sides > 0 else "+y", 3, states)
     assert found.associative is None
     assert found.headline.load_multiplier == pytest.approx(THICK / HIGH, rel=1e-6)
-    assert found.lowest.load_multiplier == pytest.approx(THICK / HIGH, rel=1e-5)
+    assert found.range == pytest.approx((THICK / HIGH,) * 2, rel=1e-4)
 
 
 def test_a_block_under_a_ceiling_that_it_touches_slides_at_its_friction():
@@ -69,3 +71,25 @@ def test_a_stone_leaves_its_wider_side_at_its_friction_whatever_that_is(friction
 def test_a_stone_that_is_pushed_into_its_narrower_side_is_held():
     with pytest.raises(UnresistedError, match="however large"):
         analysed(wedge(), 0.3, "-y", 3)
+
+
+def test_what_is_printed_and_written_of_a_wall_without_a_bound(tmp_path, capsys):
+    """A block that touches a ceiling, in four directions; it has no bound in any of them, and slides at 0.3."""
+    shapes = [box((-2.0, -2.0, -0.3), (2.0, 2.0, 0.0)), box((0.0, 0.0, 0.0), (1.0, 1.0, 0.5))]
+    record = block_file_of([*shapes, box((-2.0, -2.0, 0.5), (2.0, 2.0, 0.8))], 0.3)
+    record["blocks"][2]["fixed"] = True
+    (tmp_path / "wall.json").write_text(json.dumps(record))
+    case, output = tmp_path / "case.toml", tmp_path / "out"
+    case.write_text('[wall]\nblocks = "wall.json"\n[load]\ndirection = "+x"\ndirections = 4\n')
+    assert cli.main(["check", str(case), "--output", str(output)]) == 0
+    assert cli.main(["limit", str(case), "--output", str(output)]) == 0
+    said = capsys.readouterr().out
+    assert said.count("the wall would bear any load in this direction: there is no upper bound") == 2
+    assert "direction 90 degrees: associative held, without dilation 0.3000" in said
+    analysed = json.loads((output / "limit_analysis.json").read_text())
+    assert analysed["associative"] is None
+    assert analysed["lowest"] == pytest.approx(0.3, rel=1e-5)
+    directions = json.loads((output / "directions.json").read_text())
+    assert directions["associative"] == [None] * 4
+    assert directions["non_associative"] == pytest.approx([0.3] * 4, rel=1e-5)
+    assert "there is no upper bound" in (output / "collapse.html").read_text()

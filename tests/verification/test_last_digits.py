@@ -67,5 +67,6 @@ def headline(copy):
 
 @pytest.mark.parametrize("copy", [copy for copy in COPIES if copy != "as drawn"])
 def test_the_headline_is_that_of_the_wall(copy):
+    assert headline("as drawn").load_multiplier == pytest.approx(0.2781, rel=1e-3)
     assert headline(copy).converged
     assert headline(copy).load_multiplier == pytest.approx(headline("as drawn").load_multiplier, rel=1e-6)

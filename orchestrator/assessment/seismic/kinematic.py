@@ -11,8 +11,9 @@
 
 W are the weights of all masses that the live load acts on, delta their virtual horizontal displacements.
 
-Bodies that only slide have e* = 1, whatever their speeds: those of different speeds are each at the limit by itself, so
-that they move as one at the same alpha_0, and of mechanisms with one alpha_0 that with the largest e* starts first.
+What lifts no weight counts with e* = 1, whatever the speeds of its bodies. Slabs that slide on each other are each at
+the limit by itself, so that they may move as one at the same alpha_0, and of mechanisms with one alpha_0 that with the
+largest e* starts first; of others, as those that turn about upright axes, it is on the safe side.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ MECHANISM_SPEED = 0.1
 LOW_PARTICIPATION = 0.75
 """participation below which e* says more of slow bodies than of the mechanism"""
 LIFTS = 0.01
-"""part of the live load's power that lifts weights up to which a mechanism only slides"""
+"""net part of the live load's power that lifts weights up to which a mechanism lifts none"""
 ONE_TURN = 0.01
 """rotation rates that differ by no more than this part of the largest are one; what is that slow, over the fastest,
 rests"""
@@ -117,7 +118,7 @@ def participation(weight: FloatArray, delta: FloatArray) -> float:
 
 
 def participation_with(weight: FloatArray, delta: FloatArray, lifting: float, live: float) -> float:
-    """Return e* of bodies of which the live load's power lifts weights in part (lifting, live: both in one unit)."""
+    """Return e* of bodies of which a part of the live load's power lifts weights, net (lifting, live: in one unit)."""
     return participation(weight, delta) if lifting > LIFTS * live else 1.0
 
 

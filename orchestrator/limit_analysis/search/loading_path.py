@@ -34,12 +34,14 @@ from orchestrator.limit_analysis.search.elastic_contact import (
 )
 from orchestrator.limit_analysis.search.nearest_state import Closing
 from orchestrator.limit_analysis.search.overdamped import Moved
-from orchestrator.limit_analysis.search.pushing import DROP, HELD, STEPS, Pushing, Way
+from orchestrator.limit_analysis.search.pushing import HELD, STEPS, Pushing, Way
 
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 GOES_DOWN = 0.1
 """Part of the speed of the fastest block above which a block goes down under the dead load."""
+LETS_GO = 0.2
+"""Part of the load held by which a state may lie below it that a wall moves to from there."""
 SOFT = 10.0
 """Displacement over the elastic one from which on a wall is called soft."""
 
@@ -94,12 +96,12 @@ class StateSearch(Pushing):
     def closed(self, last: Moved, motion: Moved, load_step: float) -> Moved | None:
         """Return the limit state nearest to a motion, or else the one nearest to the last equilibrium.
 
-        Of those that are mechanisms. The former counts within DROP below the load that was held, the latter within HELD
-        of its own (nearest_state.py).
+        Of those that are mechanisms along the live load. Either counts within HELD of its own load, the former LETS_GO
+        below it, too (nearest_state.py).
         """
         within = HELD * STEPS * load_step
-        for here, below in ((motion, DROP * motion.multiplier), (last, within)):
-            if not self.is_mechanism(here):
+        for here, below in ((motion, LETS_GO * motion.multiplier), (last, within)):
+            if not (self.is_mechanism(here) and float(self.live @ here.change) > 0.0):
                 continue
             state = self.states(here.position, here.change, here.multiplier)[0]
             ends = (here.multiplier - below, here.multiplier + within)

@@ -133,7 +133,7 @@ def test_a_finished_study_runs_nothing_again(case, folder, outcome, monkeypatch)
     assert study_runs.study(case, folder, None, quiet).rows == outcome.rows
     other = replace(case, elastic=replace(case.elastic, poisson_ratio=0.1))
     with pytest.raises(pytest.fail.Exception, match="ran again"):
-        study_runs.study(other, folder, None, quiet)
+        study_runs.study(other, folder, None, quiet, force=True)
 
 
 FEW = ["study.tol_n=['none']", "study.tol_d=['450 mm']"]

@@ -16,7 +16,7 @@ from orchestrator.macroblocks.refinement import HELD
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import STEEP, Answered, verdict
-from orchestrator.space.analysis import DILATION_HOLDS
+from orchestrator.space.analysis import UNBOUNDED
 from tests.support.verdicts import check, of, summary
 
 NEWTON = (
@@ -205,13 +205,14 @@ ON_PAGES = [
     "WARNING: no state without dilation found: the push on elastic joints found no state (not at rest after 1 s: "
     "λ 0.0303, flow error 1e+01); nearest to one: λ 0.0303, 1e+01 of its power out of balance; the associative "
     "multiplier is a bound",
-    DILATION_HOLDS,
-    "states at λ = -0.1000, 0 are of loose stones that the live load would have to hold up: no capacities of the wall",
+    f"WARNING: {UNBOUNDED}",
+    "states at λ = -0.1000, 0 need no live load: what moves in them stands only as its joints are pressed beforehand; "
+    "they are no capacities",
     "λ = 0.13333 counts (elastic joints): base shear 6.400 kN, a collapse state with friction that does not dilate; "
-    "there is no upper bound, as sliding that dilates is held by any load.",
+    "there is no upper bound, as joints whose sliding dilates would bear any load.",
     "λ = 0.30000 counts (elastic joints): base shear 3.000 kN, a collapse state with friction that does not dilate; "
     "such states were found from 0.30000 to 0.32250, the lowest on the safe side, as friction leaves the answer open; "
-    "there is no upper bound, as sliding that dilates is held by any load.",
+    "there is no upper bound, as joints whose sliding dilates would bear any load.",
     "e* = 0.912; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, λ = 0.1614",
     "e* = 0.640 is below 0.75, and counts as 1; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, "
     "λ = 0.1770",

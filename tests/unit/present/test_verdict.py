@@ -40,6 +40,8 @@ def test_of_load_cases_that_differ_by_rounding_the_first_governs():
     assert of(plus=summary(peak=9e3 * (1.0 + 1e-9)), minus=summary(peak=9e3)).governing["load_case"] == "plus"
     by_ratio = of(plus=summary(check(1.1 * (1.0 + 1e-9))), minus=summary(check(1.1)))
     assert by_ratio.governing["load_case"] == "plus"
+    by_a_hair = of(plus=summary(check(1.0 + 4e-7)), minus=summary(check(1.0 - 4e-7)))
+    assert (by_a_hair.state, by_a_hair.governing["load_case"]) == ("not verified", "minus")
 
 
 def test_one_failed_check_of_one_load_case_is_enough():
