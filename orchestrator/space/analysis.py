@@ -88,10 +88,11 @@ class SpaceLimitSettings(Checked):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceAnalysis:
-    """associative: bound and mechanism, None where any load holds sliding that dilates; other_torsion: the multiplier
-    with the other torsion, infinite where it holds the wall; states: what was found without dilation, the headline's
-    push first; looked_for: which of them were looked for. weight (N) of the free blocks. seconds in all. going_down:
-    ids of blocks that go down under the dead load unless they are wedged: whether the wall stands is open."""
+    """associative: bound and mechanism, None where a wall would bear any load if sliding dilated; other_torsion: the
+    multiplier with the other torsion, infinite where it holds the wall; states: what was found without dilation, the
+    headline's push first; looked_for: which of them were looked for. weight (N) of the free blocks. seconds in all.
+    going_down: ids of blocks that go down under the dead load unless they are wedged: whether the wall stands is
+    open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads

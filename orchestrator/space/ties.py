@@ -27,9 +27,10 @@ from orchestrator.space.wall import SpaceWall
 
 ON_BLOCK = 1e-3
 """of a block's size, as much as joints may gape by: an end so near its block is on it"""
-ROUNDING = 1e-6
-"""part of its strength by which a tie that yields may be off it, as in the validator, and of a block's mean weight that
-slack ties pull with"""
+AT_STRENGTH = 1e-6
+"""part of its strength by which a tie that yields may be off it, as in the validator"""
+SLACK = 1e-6
+"""part of a block's mean weight that slack ties may pull with, by rounding"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +97,8 @@ def tie_forces(assemblage: SpaceAssemblage, forces: FloatArray) -> tuple[TieForc
     """Return the forces of all ties in a state with forces (p, 3) in N of all contact points."""
     joints, wall = assemblage.joints, assemblage.wall
     pulls, strengths = forces[joints.is_tie[joints.joint], 0], joints.capacity[joints.is_tie]
-    pulls = np.where(pulls > ROUNDING * wall.weights[~wall.fixed].mean(), pulls, 0.0)
-    states = np.select([pulls > (1.0 - ROUNDING) * strengths, pulls > 0.0], ["yields", "taut"], "slack")
+    pulls = np.where(pulls > SLACK * wall.weights[~wall.fixed].mean(), pulls, 0.0)
+    states = np.select([pulls > (1.0 - AT_STRENGTH) * strengths, pulls > 0.0], ["yields", "taut"], "slack")
     return tuple(map(TieForce, range(1, len(pulls) + 1), pulls.tolist(), strengths.tolist(), states.tolist()))
 
 

@@ -1,5 +1,5 @@
-"""Walls in space that any load holds as long as sliding dilates, but not without: what friction presses is then what it
-was, and the multiplier is that of the wall without its neighbours' help."""
+"""Walls in space that would bear any load if sliding dilated, and do not: joints press no more than they did, and the
+multiplier is that of the wall without its neighbours' help."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def wedge():
 
 @pytest.mark.parametrize("friction", [0.1, 0.2, 0.3, 0.5])
 def test_a_stone_leaves_its_wider_side_at_its_friction_whatever_that_is(friction):
-    """With tan of the sides' angle, 0.125, and less it is not held while sliding dilates, with more it is."""
+    """With more than tan of the sides' angle, 0.125, it would bear any load if sliding dilated."""
     found = analysed(wedge(), friction, "+y", 3)
     assert (found.associative is None) == (friction > 0.125)
     assert found.headline.load_multiplier == pytest.approx(friction, rel=1e-6)
