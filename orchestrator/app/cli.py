@@ -21,7 +21,10 @@ IMPORT_OPTIONS = {
     "thickness": ('"300 mm"', "of the wall; needed for drawings and pictures"),
     "unit-weight": ('"20 kN/m3"', "of every block (default 20 kN/m3)"),
     "friction": ("0.6", "coefficient in every joint (default 0.6)"),
-    "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
+    "tolerance": (
+        '"1 mm"',
+        "largest gap or overlap that is closed (default 1 mm; pictures: 1.5 pixels at least; block files: none)",
+    ),
     "mortar": ('"10 mm"', "widest mortar joint drawn as a gap: closed to its middle (pictures: default 20 mm)"),
     "loose": ("drop", "stones that would fall out of dry joints: keep (default), drop, or glue to a neighbour"),
     "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),

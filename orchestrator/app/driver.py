@@ -39,6 +39,7 @@ from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_b
 from orchestrator.masonry.joint_warnings import (
     idle_classes,
     lost_joints,
+    naming_gaps,
     short_contacts,
     strengths_beyond_the_cone,
 )
@@ -82,11 +83,13 @@ def check(case: Case) -> Assemblage:
 
 
 @contextmanager
-def _naming_input(case: Case) -> Iterator[None]:
-    """Let every CaseError raised inside name the file that has its key: the case file, or the block file."""
+def _naming_input(case: Case, assemblage: Assemblage | None = None) -> Iterator[None]:
+    """Let every CaseError raised inside name the file that has its key, the case file or the block file, and gaps of
+    the assemblage that may be why it falls."""
     try:
         yield
     except CaseError as error:
+        error = error if assemblage is None else naming_gaps(error, assemblage, case.joints)
         of_case = error.key.startswith(("joints.", "load."))
         raise error.in_file(str(case.file if of_case else case.block_file)) from None
 
@@ -100,7 +103,7 @@ def _loaded(case: Case, assemblage: Assemblage) -> tuple[Assemblage, Loads]:
 def refuse_what_does_not_stand(case: Case, assemblage: Assemblage) -> None:
     """Raise CaseError, of one load case, for a wall that cannot stand, or that no live load brings down."""
     tied, loads = _loaded(case, assemblage)
-    with _naming_input(case):
+    with _naming_input(case, assemblage):
         refuse_what_cannot_be_analysed(tied, loads)
 
 
@@ -173,7 +176,7 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
 def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnalysis]:
     """Return a checked wall with its ties after its joints, and the limit analysis of that."""
     tied, loads = _loaded(case, assemblage)
-    with _naming_input(case):
+    with _naming_input(case, assemblage):
         analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
     classes = case.joints.classes
     of_classes = (*idle_classes(assemblage, classes), *strengths_beyond_the_cone(assemblage, classes))
@@ -203,7 +206,7 @@ def settlement(case: Case, support: int, angle: float) -> tuple[Assemblage, Limi
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         tied = with_ties(assemblage, case.reinforcement.ties, settling=support)
-    with _naming_input(case):
+    with _naming_input(case, assemblage):
         refuse_what_falls(problem_of(tied, loads))
     with naming(case.file):
         return tied, settle(tied, support, angle, loads)

@@ -13,9 +13,9 @@ which costs a few milliseconds.
 
 That a state exists does not say that loading leads to it. So the bodies are loaded from gravity (path_of_bodies.py).
 Where they fail elsewhere than the stones do, where no limit state of the stones was closed, or where few bodies are
-saved, others are looked for that do not, for as much work as loading the stones was. Bodies are joined in halves of
-what is left to join. Where none are found a tenth of the stones is what is begun with: macroblocks are refined when
-they are pushed (refinement.py). Stones that come loose before stay bodies; others are chosen for the wall without them.
+saved, others are looked for that do not, for as much work as loading the stones was. Where none are found a tenth of
+the stones is what is begun with: macroblocks are refined when they are pushed (refinement.py). Stones that come loose
+before stay bodies; others are chosen for the wall without them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import numpy as np
 
 from orchestrator.basis.errors import ConvergenceError, require_kinds
 from orchestrator.basis.printed import as_lambda
-from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints, refuse_other_analysis
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
@@ -157,7 +157,7 @@ def _of_states(
     partition = every_stone
     if keeps(partition):  # else no state was closed that any bodies could keep
         partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
-        partition = _joined_while(keeps, partition, assemblage, mechanisms)
+        partition = joined_while(keeps, partition, assemblage, pairs_by_loss(partition, assemblage, mechanisms))
     words = " and ".join(
         f"{as_lambda(multiplier)} (every stone {as_lambda(state.load_multiplier)})"
         for multiplier, state in zip(kept(partition), states, strict=False)
@@ -234,29 +234,37 @@ def _by_loading(
         any(fails_alike(partition) for partition in loaded)  # stops at the first that does
     if alike is None:
         return None, nearest
-    return _joined_in_halves(fails_alike, alike, assemblage, pairs_by_loss(alike, assemblage, mechanisms)), None
+    return joined_while(fails_alike, alike, assemblage, pairs_by_loss(alike, assemblage, mechanisms)), None
 
 
-def _joined_in_halves(
-    keeps: Callable[[Partition], bool],
-    partition: Partition,
-    assemblage: Assemblage,
-    pairs: Sequence[tuple[int, int]],
+def joined_while(
+    keeps: Callable[[Partition], bool], partition: Partition, assemblage: Assemblage, pairs: Sequence[tuple[int, int]]
 ) -> Partition:
-    """Join the pairs (of blocks) as far as `keeps` allows: all at once, else one half of them and then the other."""
+    """Join the bodies of pairs of blocks, one pair after the other, each where `keeps` holds then.
+
+    What bodies have lost they hardly ever have again when they are joined further. So as many pairs are joined at once
+    as went well before, twice as many each time, and the first that does not is found by halving.
+    """
+    done, at_once = 0, len(pairs)
+    while done < len(pairs):
+        began, too_far = done, len(pairs) + 1
+        while too_far > done + 1:
+            upto = min(done + at_once, len(pairs)) if too_far > len(pairs) else (done + too_far) // 2
+            coarser = _joined(partition, assemblage, pairs[done:upto])
+            if coarser.count == partition.count or keeps(coarser):
+                partition, done, at_once = coarser, upto, 2 * at_once
+            else:
+                too_far = upto
+        done, at_once = done + 1, max(1, done - began)
+    return partition
+
+
+def _joined(partition: Partition, assemblage: Assemblage, pairs: Sequence[tuple[int, int]]) -> Partition:
+    """Return the partition in which the bodies of all these pairs of blocks are one."""
     group = partition.body_of_block
     for i, j in pairs:
         group = np.where(group == group[j], group[i], group)
-    coarser = partition_of(assemblage, group)
-    if coarser.count == partition.count:
-        return partition
-    if keeps(coarser):
-        return coarser
-    half = len(pairs) // 2
-    if not half:
-        return partition
-    partition = _joined_in_halves(keeps, partition, assemblage, pairs[:half])
-    return _joined_in_halves(keeps, partition, assemblage, pairs[half:])
+    return partition_of(assemblage, group)
 
 
 def _chosen_without_loose_stones(
@@ -308,18 +316,19 @@ def kept_multiplier(
     micro = state.load_multiplier
     try:
         if state.flow_rule == "associative":
-            multipliers = [solve_limit_lp(equilibrium, friction).load_multiplier]
-        else:
-            remains = partition.body_of_block[assemblage.joints.i] != partition.body_of_block[assemblage.joints.j]
-            programs, normal = TwoPrograms(equilibrium, friction), state.joint_forces[remains, :2].sum(axis=1)
-            if abs(programs.mechanism(normal).load_multiplier - state.load_multiplier) <= POWER_LEFT * micro:
-                return micro
-            turns = descent(programs, state.mechanism.slip[remains])
-            multipliers = [turn.forces.load_multiplier for turn in turns if turn.balances]
+            found = solve_limit_lp(equilibrium, friction).load_multiplier
+            return found if abs(found - micro) <= margin * micro else None
+        remains = partition.body_of_block[assemblage.joints.i] != partition.body_of_block[assemblage.joints.j]
+        programs, normal = TwoPrograms(equilibrium, friction), state.joint_forces[remains, :2].sum(axis=1)
+        if abs(programs.mechanism(normal).load_multiplier - micro) <= POWER_LEFT * micro:
+            return micro
+        for turn in descent(programs, state.mechanism.slip[remains]):
+            found = turn.forces.load_multiplier
+            if turn.balances and found <= (1.0 + margin) * micro:  # the next ones lie lower
+                return found if found >= (1.0 - margin) * micro else None
     except ConvergenceError:
-        return None
-    nearest = min(multipliers, key=lambda multiplier: abs(multiplier - micro), default=np.inf)
-    return nearest if abs(nearest - micro) <= margin * micro else None
+        pass
+    return None
 
 
 def _coarsest(coarse_to_fine: Sequence[Partition], keeps: Callable[[Partition], bool]) -> Partition:
@@ -335,16 +344,3 @@ def _coarsest(coarse_to_fine: Sequence[Partition], keeps: Callable[[Partition], 
         middle = (low + high) // 2
         low, high = (low, middle) if keeps(coarse_to_fine[middle]) else (middle, high)
     return coarse_to_fine[high]
-
-
-def _joined_while(
-    keeps: Callable[[Partition], bool], partition: Partition, assemblage: Assemblage, mechanisms: Sequence[Mechanism]
-) -> Partition:
-    """Join pairs of neighbouring bodies, those that lose least energy first, each tried once, while `keeps` holds."""
-    group = partition.body_of_block
-    for i, j in pairs_by_loss(partition, assemblage, mechanisms):
-        kept, joined = group[i], group[j]
-        coarser = partition_of(assemblage, np.where(group == joined, kept, group))
-        if kept != joined and keeps(coarser):
-            partition, group = coarser, np.where(group == joined, kept, group)
-    return partition

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.basis.errors import CaseError, FallsError
 from orchestrator.basis.printed import as_place, counted, few, millimetres, printed
 from orchestrator.geometry.healing import open_gaps
 from orchestrator.masonry.joints import (
@@ -22,6 +23,12 @@ from orchestrator.masonry.joints import (
 
 ROUNDING = 1e-9
 """part of a tensile strength that is rounding"""
+
+
+def likely_cause(remarks: Sequence[str]) -> str:
+    """Return the warnings among remarks on a wall, as what a remedy begins with; nothing where there are none."""
+    warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
+    return f"reading it warned of a likely cause: {warned}; else " if warned else ""
 
 
 def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
@@ -42,6 +49,14 @@ def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
         f"{place}; joints.tolerance is {joined}: if these are errors of the drawing, import the "
         "file with a larger --tolerance, or --mortar"
     ]
+
+
+def naming_gaps(error: CaseError, assemblage: Assemblage, settings: JointSettings) -> CaseError:
+    """Return the error of a wall that falls with gaps between its blocks as a likely cause; any other as it is."""
+    if not isinstance(error, FallsError):
+        return error
+    cause = likely_cause(lost_joints(assemblage, settings))
+    return FallsError(error.key, error.problem, cause + error.remedy, error.file)
 
 
 def short_contacts(assemblage: Assemblage, settings: JointSettings) -> list[str]:

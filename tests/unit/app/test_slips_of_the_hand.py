@@ -122,3 +122,31 @@ def test_every_command_tells_of_the_spike_of_a_block_file(tmp_path, capsys):
 
 def test_a_spike_of_rounding_is_not_told(tmp_path):
     assert not read_blocks(block_file(tmp_path / "wall.json", stones(spike=1e-4))).remarks
+
+
+def wedge(gap):
+    """Two stones and one that is wedged between their slanting faces: on that of the first, `gap` (m) off the other."""
+    left, right = [[0, 0], [0.5, 0], [0.4, 0.4], [0, 0.4]], [[0.7, 0], [1.2, 0], [1.2, 0.4], [0.8, 0.4]]
+    along = gap * 17 / 8 / 17**0.5  # up the first face, which rises by four where it recedes by one
+    middle = [[0.475, 0.1], [0.725, 0.1], [0.8, 0.4], [0.4, 0.4]]
+    return [left, right, [[x - along, y + 4 * along] for x, y in middle]]
+
+
+@pytest.mark.parametrize("command", ["check", "limit"])
+def test_a_wall_that_falls_for_gaps_of_rounding_is_told_of_them(command, tmp_path, capsys):
+    """So do stones that fit each other when their coordinates are rounded to 0.1 mm."""
+    file = block_file(tmp_path / "wedge.json", wedge(0.00005))
+    assert call(command, file, "--output", tmp_path / "out") == 2
+    said = capsys.readouterr().err
+    assert "cannot stand under its own weight: block 3 would move" in said
+    assert "likely cause: 1 pair of blocks lies 0.05 mm apart or over each other, without a joint there" in said
+    assert "import the file with a larger --tolerance" in said
+
+
+def test_an_import_that_closes_nothing_tells_of_gaps_and_one_with_a_tolerance_closes_them(tmp_path, capsys):
+    file, output = block_file(tmp_path / "wedge.json", wedge(0.00005)), tmp_path / "blocks.json"
+    assert call("import", file, "--output", output) == 0
+    assert "1 pair of blocks lies 0.05 mm apart" in capsys.readouterr().out
+    assert call("import", file, "--output", output, "--force", "--tolerance", "1 mm") == 0
+    assert "1 gap between blocks closed" in capsys.readouterr().out
+    assert call("check", output, "--output", tmp_path / "out") == 0

@@ -14,6 +14,7 @@ from orchestrator.macroblocks.automatic import (
     EVERY_STONE,
     UNPROVEN,
     chosen,
+    joined_while,
     kept_multiplier,
     macroblocks_of,
 )
@@ -179,6 +180,27 @@ def test_tolerances_that_are_given_are_honoured(wall_1):
     assert found.tolerances == strict
     assert found.count > macroblocks_of(assemblage, analysis).count > 1
     assert macroblocks_of(assemblage, analysis, MacroblockSettings(choose="tolerances")).tolerances is not None
+
+
+@pytest.mark.parametrize("widest", [1, 2, 4, 16])
+def test_pairs_that_may_be_joined_are_found_in_few_questions(widest):
+    """A row of 64 stones in groups of so many: joined is what lies in one group, however its pairs are ordered. What is
+    asked is less than twice a pair, and far less where nearly all may be joined."""
+    assemblage = on_the_ground(*((float(k), 0.0, 1.0, 1.0) for k in range(64)))
+    stones = partition_of(assemblage, np.arange(65))
+    group_of, asked = np.arange(-1, 64) // widest, []
+
+    def keeps(partition):
+        asked.append(partition)
+        bodies = [group_of[partition.body_of_block == body] for body in range(partition.count)]
+        return all(len(np.unique(groups)) == 1 for groups in bodies)
+
+    pairs = [(int(k), int(k) + 1) for k in 1 + np.random.default_rng(1).permutation(63)]
+    found = joined_while(keeps, stones, assemblage, pairs)
+    assert found.count == 64 // widest
+    assert np.array_equal(np.unique(found.body_of_block[1:]), np.arange(found.count))
+    assert all(len(np.unique(found.body_of_block[1:][group_of[1:] == group])) == 1 for group in np.unique(group_of[1:]))
+    assert len(asked) < {1: 2 * 63, 2: 2 * 63, 4: 1.5 * 63, 16: 0.6 * 63}[widest]
 
 
 def test_where_stones_fail_nowhere_near_the_nearest_bodies_are_said_to_fail_elsewhere(wall_1):
