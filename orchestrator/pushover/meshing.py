@@ -245,7 +245,7 @@ def _from_outline(field: Any, outline: list[int], size: float, growth: float) ->
 
 def _within(field: Any, even: int, x: float, y: float, radius: float) -> int:
     """Add the lengths of a field within a circle, and from there on longer ones."""
-    within, beyond = field.add("MathEval"), f"Sqrt((x - {x:.17g})^2 + (y - {y:.17g})^2) - {radius:.17g}"
+    within, beyond = field.add("MathEval"), f"Sqrt((x - ({x:.17g}))^2 + (y - ({y:.17g}))^2) - {radius:.17g}"
     field.setString(within, "F", f"F{even} + {GROWTH:.17g} * ({beyond} + Fabs({beyond})) / 2")
     return int(within)
 

@@ -76,7 +76,11 @@ def apart(model: ContactModel, fallen: BodyMask) -> list[BodyMask]:
 def is_local_motion(
     model: ContactModel, motion: FloatArray, fallen: BodyMask, loose: BodyMask | None, local_share: float
 ) -> bool:
-    """Return whether what moves, by a motion (b,), is a local part of a wall of which bodies `fallen` (b,) are gone."""
-    if loose is not None and not (moving_part(model, motion) & ~loose).any():
+    """Return whether what moves, by a motion (b,), is a local part of a wall of which bodies `fallen` (b,) are gone.
+
+    What follows elastically, slower than what takes part, does not count.
+    """
+    moves = moving_part(model, motion)
+    if loose is not None and not (moves & ~loose).any():
         return True
-    return is_local(participation(model, motion), shares_of(model, fallen), local_share)
+    return is_local(participation(model, motion * moves), shares_of(model, fallen), local_share)

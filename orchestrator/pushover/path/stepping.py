@@ -62,6 +62,8 @@ CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 up to three times the iterations)"""
 ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
+LOADED = "the load is prescribed"
+"""what an attempt says after which an increment of load took the place of one of what is driven"""
 HELD_FROM = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
 
@@ -123,6 +125,24 @@ class Pushover:
             found = self._static(found)
         yield from found
 
+    def _slides_alone(self, trial: Trial, change: FloatArray) -> bool:
+        """Return whether in a change (n,) a local part goes FAST by itself in what is driven, and the wall has not given
+        way: it carries its largest base shear but for what a local part may carry. It is asked once in two increments."""
+        state = trial.state
+        asked = any(attempt.action == LOADED for attempt in (*state.attempts, *trial.attempts))
+        if state.phase != "displacement" or asked:
+            return False
+        stands = state.base_shear >= (1.0 - self.stepping.local_share) * state.largest_base_shear
+        fast = farthest(self.model, state, change) > FAST
+        return stands and fast and self._is_local(state, body_motion(self.model, change) * ~state.fallen)
+
+    def _loaded(self, trial: Trial, spent: int) -> Trial:
+        """Return a trial of the smallest increment of load in the place of one that drives what moves in a local part
+        alone: in the increment of load before, which was larger, that part had taken others along."""
+        size = ONSET * self._largest("load")
+        state = replace(self._driving(trial.state, ~trial.state.fallen), phase="load", step=(size, 0.0))
+        return replace(trial.then("a local part moves alone", LOADED, spent, state), size=size)
+
     def _static(self, trial: Trial) -> Trial | list[Increment]:
         """Return the static increment that is tried, what the wall does where there is none, or what to try next."""
         state, aim = trial.state, self._aim(trial.state, trial.size)
@@ -135,6 +155,8 @@ class Pushover:
         falls = solved.base_shear < (1 - self.newton.residual) * state.base_shear  # more than by rounding
         if solved.moving:
             return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
+        if self._slides_alone(trial, solved.change.ravel()):
+            return self._loaded(trial, solved.iterations)
         if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
             return trial.smaller("the base shear falls from its highest", solved.iterations)
         bent, length = self.solver.bent(state, solved, aim), self._length(state, solved)
@@ -158,6 +180,8 @@ class Pushover:
             attempts = moved.then(why, RESTED, total - last.iterations).attempts
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
         driving = self._driving_what_moves(state, last.change.ravel())
+        if self._slides_alone(trial, last.change.ravel()):
+            return self._loaded(moved, total)
         if driving is not None:
             return replace(moved.then(why, "what moves is driven", total, driving), size=driving.step[0])
         if state.phase == "load" and trial.size > ONSET * self._largest("load"):
