@@ -272,13 +272,15 @@ def _in_both(small: float, large: float, peak: float) -> str:
 
 def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
     """Return how far off a peak is what is left as stones give way at edges, where rigid blocks have more; and what to
-    do where the peak lies above it, which elements longer than the edges that are pressed have."""
-    left = limit.pressed_peak
-    if left is None or left >= (1.0 - SAME_ANSWER) * (limit.rigid_peak or limit.multiplier):
+    do where the peak lies between the two, which elements longer than the edges that are pressed have."""
+    left, rigid = limit.pressed_peak, limit.rigid_peak or limit.multiplier
+    if left is None or left >= (1.0 - SAME_ANSWER) * rigid:
         return ""
     said = f"; about {percent_more(left, pushed.peak_multiplier)} where stones give way at edges"
     if left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
         return said
+    if pushed.peak_multiplier > (1.0 + SAME_ANSWER) * rigid:  # another state, which no smaller elements come from
+        return f"{said}: λ = {_limit(left)}, on the safe side"
     return f"{said}: λ = {_limit(left)}, on the safe side, to which smaller elements (mesh.size) come nearer"
 
 

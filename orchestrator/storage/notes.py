@@ -146,7 +146,7 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
             said.append(
                 f"{pushed.model} FE: the peak {peak} is more than 5 % above {printed('multiplier', found)}, what every "
                 "stone bears in limit analysis: friction may lead to another state, or elements are too long: compare "
-                "with half of mesh.size"
+                "with a quarter of mesh.size"
             )
         return said
     most = printed("multiplier", most_that_stones_bear(pushed, limit))
@@ -254,7 +254,7 @@ def remarks(summary: Summary) -> list[str]:
             left, moved = printed("multiplier", pushed.spike.load_multiplier), f"{1e3 * pushed.spike.moved:.2g}"
             said.append(
                 f"{pushed.model} FE: the peak is a spike: when its top has moved by {moved} mm more the wall bears λ = "
-                f"{left}; such a peak may depend on the elements: compare with half of mesh.size"
+                f"{left}; such a peak may depend on the elements: compare with a quarter of mesh.size"
             )
         if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"

@@ -234,12 +234,12 @@ def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
 def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
-    So it is, however near and passed or not, where no limit state was closed: what is known then is up to
-    which load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed.
-    Above, it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry.
+    Where no limit state was closed it is that from SAME_ANSWER on, passed or not: what is known then is up to which
+    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed. Above,
+    it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry.
     """
     if not found.closed:
-        return pushed.peak != found.multiplier
+        return abs(pushed.peak - found.multiplier) > SAME_ANSWER * found.multiplier
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
     return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
 

@@ -210,6 +210,12 @@ IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
             "where stones give way at edges: λ = 0.19000, on the safe side, to which smaller elements (mesh.size) come "
             "nearer.",
         ),
+        (  # 0.2 is more than rigid blocks bear: another state, and no matter of elements
+            {"pressed_peak": 0.17, "rigid_peak": 0.18, "large_displacements": 0.18},
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements, -10.0% in large ones; about -15.0% "
+            "where stones give way at edges: λ = 0.17000, on the safe side.",
+        ),
         (
             {"pressed_peak": 0.1985, "rigid_peak": 0.202, "large_displacements": 0.202},
             "large",

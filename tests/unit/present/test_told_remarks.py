@@ -106,7 +106,7 @@ ON_PAGES = [
     "micro FE: held by supports once it has moved: this load does not bring the wall down",
     "micro FE: held by supports at a load multiplier of 1.22: this load does not bring the wall down",
     "micro FE: the peak 1.4331 is more than 5 % above 1.3280, what every stone bears in limit analysis: friction may "
-    "lead to another state, or elements are too long: compare with half of mesh.size",
+    "lead to another state, or elements are too long: compare with a quarter of mesh.size",
     "macro FE: the peak is of what is left when 37 % of the dead load has fallen",
     "micro FE: block 28 (0.87 % of the dead load) fell at a load multiplier of 0.4784; the wall went on",
     "micro FE: block 8 (0.87 % of the dead load) fell after the peak, at a load multiplier of 0.2597; the wall went on",
@@ -160,7 +160,7 @@ ON_PAGES = [
     "micro FE: beyond λ = 0.1450 the wall found no rest before its top had moved by 4.98 mm, 99 % of what it has moved "
     "at its peak: motion has no inertia here, and an earthquake may carry it on",
     "micro FE: the peak is a spike: when its top has moved by 0.054 mm more the wall bears λ = 0.1417; such a peak may "
-    "depend on the elements: compare with half of mesh.size",
+    "depend on the elements: compare with a quarter of mesh.size",
     "micro FE: the mean of the top edge moves 0.12 % of the stone that goes farthest: it is outside the mechanism; "
     "displacements and stiffness of this curve are not of what fails",
     "micro FE: at first the mean of the top edge moves against the live load: base shear over that displacement is no "
