@@ -28,6 +28,7 @@ from orchestrator.masonry.sources.drawing import (
     Material,
     RefusedWallError,
     closed,
+    drawn_once,
     implausible,
     wall_of,
 )
@@ -237,7 +238,8 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
         if healing:
             outlines, said = mended([block.polygon for block in wall.blocks], healing.tolerance)
             blocks = (replace(block, polygon=outline) for block, outline in zip(wall.blocks, outlines, strict=True))
-            wall = replace(wall, blocks=tuple(blocks))
+            wall, twice = drawn_once(replace(wall, blocks=tuple(blocks)), healing.tolerance)
+            said = [*said, *twice]
         check_blocks(wall, 0.0)
         wall, more = closed(wall, healing) if healing else (wall, [])
         return wall, [*wall.remarks, *said, *more, *implausible(wall)]

@@ -80,14 +80,26 @@ def few_move_words(problem: Problem, loads: Loads, state: LimitState, local_shar
     and no state of what is left was found; loads: of the problem's assemblage."""
     if has_path(problem.friction):
         return
-    moving, share, gone = moving_share(problem, loads, state, np.ones(len(problem.assemblage.wall.blocks), dtype=bool))
-    if not is_local(share, gone, local_share):
+    for stones, percent in _few_that_move(problem, loads, state, local_share):
+        yield (
+            f"WARNING: only stones {stones} ({percent} % of the dead load) move at the multiplier that "
+            "counts: what is left may bear more; analyse the wall without them, too"
+        )
+
+
+def of_few_words(problem: Problem, loads: Loads, paper: LimitState | None, local_share: float) -> Iterator[str]:
+    """Yield that the paper's value is a local failure, where the wall that counts is loaded on without it."""
+    if paper is None or not has_path(problem.friction):
         return
-    stones = ", ".join(map(str, ids_of(problem, moving)))
-    yield (
-        f"WARNING: only stones {stones} ({100 * share.dead:.2g} % of the dead load) move at the multiplier that "
-        "counts: what is left may bear more; analyse the wall without them, too"
-    )
+    for stones, percent in _few_that_move(problem, loads, paper, local_share):
+        yield f"the paper's value is none of the wall: only {percent} % of the dead load moves at it (stones {stones})"
+
+
+def _few_that_move(problem: Problem, loads: Loads, state: LimitState, local_share: float) -> Iterator[tuple[str, str]]:
+    """Yield the ids and the share, in percent of the dead load, of what moves in a state where that is local."""
+    moving, share, gone = moving_share(problem, loads, state, np.ones(len(problem.assemblage.wall.blocks), dtype=bool))
+    if is_local(share, gone, local_share):
+        yield ", ".join(map(str, ids_of(problem, moving))), f"{100 * share.dead:.2g}"
 
 
 def local_failures_of(met: Loaded) -> Iterator[str]:

@@ -30,6 +30,9 @@ from orchestrator.storage.summary import Kind, LimitSummary
 OPEN = "Whether it stands is open; if it does, "
 """what is said first of a wall that does not come to rest under its dead load unless it is wedged"""
 
+NO_CAPACITY = "is no capacity"
+"""what is said in the place of "counts" of a bound"""
+
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its load, and how sure it is."""
@@ -49,7 +52,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
         return f"{rest}{elsewhere}{_lower_when_moved(analysis, _lowest(analysis))}"
     if state is analysis.associative:
-        return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
+        known = counts.replace("counts", NO_CAPACITY)
+        return f"{known}{shear}an upper bound only, as no state with friction that does not dilate was found."
     low, high = _lowest(analysis), (analysis.non_associative_range or (multiplier, multiplier))[1]
     left = " of what is left" * bool(analysis.local_failures)
     moved = _lower_when_moved(analysis, low)
@@ -94,6 +98,7 @@ def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
     if analysis.range is None:
         done = "looked for" if analysis.looked_for == "none" else "found"
         why = f"an upper bound only, as no state with friction that does not dilate was {done}."
+        counts = counts.replace("counts", NO_CAPACITY)
     else:
         why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
     return [f"{counts}{why}", *_with_other_torsion(analysis)]

@@ -36,6 +36,7 @@ def refuse_space(path: Path, overrides: Sequence[str], command: str) -> None:
     if spatial(path, overrides):
         problem = f"is a wall in space, which {command} does not take"
         remedy = f"use check or limit; {command} takes plane walls under a load in their plane"
+        remedy += ' (upwards and downwards: load.inclination, as in "-90 deg")'
         raise CaseError("", problem, remedy, str(path))
 
 

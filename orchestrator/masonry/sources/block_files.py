@@ -184,7 +184,9 @@ def _outline(row: dict[str, Any], number: int) -> tuple[FloatArray, list[Spike]]
     except ValueError:
         polygon = np.zeros(0)
     if polygon.dtype.kind not in "if" or polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
-        raise CaseError(f"{key}.polygon", "is not a list of at least three corners", "write [[x, y], [x, y], [x, y]]")
+        raise CaseError(
+            f"{key}.polygon", "is not a list of at least three corners [x, y]", "write [[x, y], [x, y], [x, y]]"
+        )
     if not (np.abs(polygon) < LARGEST_COORDINATE).all():
         raise CaseError(f"{key}.polygon", "a coordinate is not a finite number", "give finite coordinates")
     polygon = polygon.astype(float)

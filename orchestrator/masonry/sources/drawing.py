@@ -5,6 +5,7 @@ A drawing knows shapes only; thickness, unit weight and friction are given with 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -250,19 +251,30 @@ def _mended(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
 
 def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
     """Return the drawing without outlines that are copies of others within the tolerance (m), and remarks."""
-    kept, said = {}, []
-    for role, outlines in (("blocks", drawing.stones), ("supports", drawing.supports)):
-        kept[role], copies = without_copies(outlines, tolerance)
-        if copies:
-            x, y = outlines[copies[0][0]].mean(axis=0)
-            apart = max(distance for _, distance in copies)
-            off = f", up to {millimetres(apart)} apart" if apart > NOT_SEEN else ""
-            outlined = "outlines" if len(copies) > 1 else "outline"
-            said.append(f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at {as_place(x, y)} m")
-    stones = tuple(drawing.stones[k] for k in kept["blocks"])
-    materials = tuple(drawing.materials[k] for k in kept["blocks"]) if drawing.materials else ()
-    supports = tuple(drawing.supports[k] for k in kept["supports"])
-    return replace(drawing, stones=stones, materials=materials, supports=supports), said
+    of_blocks, said = _once("blocks", drawing.stones, tolerance)
+    of_supports, more = _once("supports", drawing.supports, tolerance)
+    stones = tuple(drawing.stones[k] for k in of_blocks)
+    materials = tuple(drawing.materials[k] for k in of_blocks) if drawing.materials else ()
+    supports = tuple(drawing.supports[k] for k in of_supports)
+    return replace(drawing, stones=stones, materials=materials, supports=supports), [*said, *more]
+
+
+def drawn_once(wall: Wall, tolerance: float) -> tuple[Wall, list[str]]:
+    """Return the wall without blocks that are copies of others within the tolerance (m), and remarks."""
+    kept, said = _once("blocks", [block.polygon for block in wall.blocks], tolerance)
+    return replace(wall, blocks=tuple(wall.blocks[k] for k in kept)), said
+
+
+def _once(role: str, outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[int], list[str]]:
+    """Return the positions of the outlines of a role to keep where some were drawn twice, and a remark on that."""
+    kept, copies = without_copies(outlines, tolerance)
+    if not copies:
+        return kept, []
+    x, y = outlines[copies[0][0]].mean(axis=0)
+    apart = max(distance for _, distance in copies)
+    off = f", up to {millimetres(apart)} apart" if apart > NOT_SEEN else ""
+    outlined = "outlines" if len(copies) > 1 else "outline"
+    return kept, [f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at {as_place(x, y)} m"]
 
 
 def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:

@@ -7,6 +7,7 @@ must be told apart in print without colour, their width or dashes differ too.
 from __future__ import annotations
 
 import textwrap
+import warnings
 from collections import defaultdict
 from collections.abc import Sequence
 from io import BytesIO
@@ -206,13 +207,16 @@ def lay_out(figure: Figure) -> None:
 def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> list[Path]:
     """Write `name`.png and `name`.svg to `folder` in a language, both or neither; equal figures give equal files."""
     tell(figure, language)
-    lay_out(figure)
-    figure.set_layout_engine("none")  # once is enough, for both files
-    figure.set_dpi(DOTS_PER_INCH)
     pixels, lines = BytesIO(), BytesIO()
     packed = {"compress_level": QUICK}
-    FigureCanvasAgg(figure).print_png(pixels, metadata={"Software": None}, pil_kwargs=packed)  # `savefig` draws twice
-    with matplotlib.rc_context({"svg.hashsalt": name}):
+    with warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": name}):
+        warnings.filterwarnings("ignore", "Glyph")  # of letters that no font has: boxes are drawn for them
+        lay_out(figure)
+        figure.set_layout_engine("none")  # once is enough, for both files
+        figure.set_dpi(DOTS_PER_INCH)
+        FigureCanvasAgg(figure).print_png(
+            pixels, metadata={"Software": None}, pil_kwargs=packed
+        )  # `savefig` draws twice
         FigureCanvasSVG(figure).print_svg(lines, metadata={"Date": None})
     paths = [folder / f"{name}.png", folder / f"{name}.svg"]
     with together():

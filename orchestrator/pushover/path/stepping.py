@@ -126,8 +126,8 @@ class Pushover:
         yield from found
 
     def _slides_alone(self, trial: Trial, change: FloatArray) -> bool:
-        """Return whether in a change (n,) a local part goes FAST by itself in what is driven, and the wall has not given
-        way: it carries its largest base shear but for what a local part may carry. It is asked once in two increments."""
+        """Return whether in a change (n,) of what is driven a local part goes FAST by itself, and the wall has not
+        given way: it carries its largest base shear but for what a local part may. Asked once in two increments."""
         state = trial.state
         asked = any(attempt.action == LOADED for attempt in (*state.attempts, *trial.attempts))
         if state.phase != "displacement" or asked:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -150,3 +151,25 @@ def test_an_import_that_closes_nothing_tells_of_gaps_and_one_with_a_tolerance_cl
     assert call("import", file, "--output", output, "--force", "--tolerance", "1 mm") == 0
     assert "1 gap between blocks closed" in capsys.readouterr().out
     assert call("check", output, "--output", tmp_path / "out") == 0
+
+
+def test_a_stone_that_a_block_file_has_twice_is_kept_once_where_it_is_healed(tmp_path, capsys):
+    file, output = block_file(tmp_path / "twice.json", [*stones(), stones()[1]]), tmp_path / "blocks.json"
+    assert call("import", file, "--output", output, "--tolerance", "1 mm") == 0
+    assert "blocks: 1 outline drawn twice, kept once" in capsys.readouterr().out
+    assert [block["id"] for block in json.loads(output.read_text(encoding="utf-8"))["blocks"]] == [0, 1, 2, 3]
+
+
+def test_a_corner_of_three_coordinates_is_no_corner_of_a_plane_wall(tmp_path, capsys):
+    outlines = stones()
+    outlines[0] = [[*corner, 0.0] for corner in outlines[0]]
+    assert call("check", block_file(tmp_path / "solid.json", outlines)) == 2
+    assert "block 1.polygon: is not a list of at least three corners [x, y];" in capsys.readouterr().err
+
+
+def test_a_name_in_letters_that_no_font_has_is_drawn_without_a_warning_of_the_library(tmp_path):
+    record = json.loads(block_file(tmp_path / "name.json", stones()).read_text(encoding="utf-8"))
+    (tmp_path / "name.json").write_text(json.dumps({"name": "\u58c1"} | record), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Glyph")
+        assert cli.main(["limit", str(tmp_path / "name.json"), "--output", str(tmp_path / "out")]) == 0
