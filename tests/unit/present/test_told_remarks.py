@@ -227,10 +227,10 @@ ON_PAGES = [
     "lower one was found.",
     "λ = 0.20000 counts (descent from smoothed contact, turn 1): base shear 3.200 kN, a collapse state with friction "
     "that does not dilate; it reaches the associative upper bound, and no lower one was looked for.",
-    "λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as no state with friction that "
-    "does not dilate was found.",
-    "λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as no state with friction that "
-    "does not dilate was looked for.",
+    "λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as no state with friction "
+    "that does not dilate was found.",
+    "λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as no state with friction "
+    "that does not dilate was looked for.",
     "Joints that twist as under uniform pressure reach no more than λ = 0.1000, which is lower: how they twist "
     "decides.",
     "Joints that bear at their corners only reach no more than λ = 0.1000, which is lower: how they twist decides.",
