@@ -58,7 +58,9 @@ def farthest(model: ContactModel, state: Increment, change: FloatArray) -> float
 
 
 def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on: bool = True) -> Increment:
-    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests.
+    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests: as a static
+    increment finds it, or where bodies are in balance, but for what Newton's method leaves, with no more drag than that
+    has (a static increment may be lost to friction there, and motion then went on for ever without any).
 
     goes_on: the last change is a step of the same motion, from which this one is expected to go on.
     """
@@ -96,6 +98,9 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             attempts.append(Attempt("it does not rest", length, "moved on", rest.iterations))
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "moved on", error.iterations))
+    balanced = reached == aim and moved.out_of_balance <= solver.newton.residual
+    if balanced and _time_step(solver, state, length) >= solver.time_step(replace(aim, size=0.0)):
+        return replace(moved, moving=False, attempts=tuple(attempts))  # in the drag of a static increment, or less
     if any(attempt.action == OF_BEFORE for attempt in moved.attempts):
         length /= SHORTER_STEP
     elif far < FASTEST / FASTER and length >= state.step[0]:
@@ -107,7 +112,10 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
 
 def _moved(solver: IncrementSolver, state: Increment, aim: Aim, predicted: FloatArray, length: float) -> Increment:
     """Return the state after a step of motion of `length` (m)."""
-    weight = solver.model_of(state).weight
-    time_step = float(np.sqrt(length * float(solver.model.body_mass.sum()) / (INERTIA * weight)))
-    viscosity = VISCOUS_FORCE * weight / length
-    return solver.solved(state, aim, predicted, time_step, viscosity)
+    viscosity = VISCOUS_FORCE * solver.model_of(state).weight / length
+    return solver.solved(state, aim, predicted, _time_step(solver, state, length), viscosity)
+
+
+def _time_step(solver: IncrementSolver, state: Increment, length: float) -> float:
+    """Return the time step of a step of motion of `length` (m), s."""
+    return float(np.sqrt(length * float(solver.model.body_mass.sum()) / (INERTIA * solver.model_of(state).weight)))
