@@ -47,7 +47,7 @@ MISSED = 1e-3
 stones that are lighter than what joints are smooth by: they came loose at that multiplier, at the latest."""
 ROUNDING = 1e-9
 """part of the cohesion that is rounding, of tension that ends where Coulomb's cone does"""
-ANOTHER = 1e-3
+ANOTHER_PEAK = 1e-3
 """Part of the multiplier by which the peak in large displacements is another than the last rest in small ones."""
 GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
@@ -236,13 +236,12 @@ def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
 def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
-    Where no limit state was closed it is that wherever it is another number (ANOTHER), passed or not: what is known then
-    is up to which load the wall stands, and in large displacements it is known truly. Below a limit state it must have
-    passed. Above, it must lie off what the same springs bear in small displacements, too: else these differ, not the
-    geometry.
+    Where no limit state was closed it is that from ANOTHER_PEAK on, passed or not: what is known then is up to which
+    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed. Above,
+    it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry.
     """
     if not found.closed:
-        return abs(pushed.peak - found.multiplier) > ANOTHER * found.multiplier
+        return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
     return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
 
