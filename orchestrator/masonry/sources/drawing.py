@@ -262,7 +262,9 @@ def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]
 def drawn_once(wall: Wall, tolerance: float) -> tuple[Wall, list[str]]:
     """Return the wall without blocks that are copies of others within the tolerance (m), and remarks."""
     kept, said = _once("blocks", [block.polygon for block in wall.blocks], tolerance)
-    return replace(wall, blocks=tuple(wall.blocks[k] for k in kept)), said
+    blocks = tuple(wall.blocks[k] for k in kept)
+    ids = {block.id for block in blocks}
+    return replace(wall, blocks=blocks, mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids)), said
 
 
 def _once(role: str, outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[int], list[str]]:

@@ -214,9 +214,8 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
         lay_out(figure)
         figure.set_layout_engine("none")  # once is enough, for both files
         figure.set_dpi(DOTS_PER_INCH)
-        FigureCanvasAgg(figure).print_png(
-            pixels, metadata={"Software": None}, pil_kwargs=packed
-        )  # `savefig` draws twice
+        drawn = FigureCanvasAgg(figure)  # `savefig` draws twice
+        drawn.print_png(pixels, metadata={"Software": None}, pil_kwargs=packed)
         FigureCanvasSVG(figure).print_svg(lines, metadata={"Date": None})
     paths = [folder / f"{name}.png", folder / f"{name}.svg"]
     with together():

@@ -179,9 +179,9 @@ class Pushover:
         if not last.moving:
             attempts = moved.then(why, RESTED, total - last.iterations).attempts
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
-        driving = self._driving_what_moves(state, last.change.ravel())
         if self._slides_alone(trial, last.change.ravel()):
             return self._loaded(moved, total)
+        driving = self._driving_what_moves(state, last.change.ravel())
         if driving is not None:
             return replace(moved.then(why, "what moves is driven", total, driving), size=driving.step[0])
         if state.phase == "load" and trial.size > ONSET * self._largest("load"):
