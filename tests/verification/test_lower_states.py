@@ -46,16 +46,17 @@ def test_mirrored_irregular_wall_has_the_same_headline_and_range(seed, friction)
 
 
 def test_a_long_motion_ends_in_a_valid_state_and_its_peak_in_large_displacements_is_that_of_micro_fe():
-    """Random wall 9 of docs/studies. Undisplaced it bears 1.3 % more than micro-FE, whose blocks have moved."""
+    """Random wall 9 of docs/studies. Undisplaced it bears 1.3 % more than micro-FE, whose blocks have moved: 2.0 % more
+    than rigid blocks that have, so that last digits decide which of the two is the headline."""
     pattern = IrregularCourses(1.4, 2.8, openings=((0.475, 0.925, 1.0, 1.7),), seed=9)
     wall = find_joints(irregular_courses(pattern), JointSettings())
-    found = analyse(wall)
+    found = analyse(wall, LimitAnalysisSettings(large_displacements=False))
     state = found.headline
     assert state is found.path
     assert state.converged
     assert validate(wall, assemble_equilibrium(wall), coulomb(wall), state).complaints == ()
     assert state.load_multiplier == pytest.approx(found.last_rest, rel=0.01)
-    peak = found.rigid_curve[:, 1].max()
+    peak = analyse(wall).rigid_curve[:, 1].max()
     assert peak == pytest.approx(0.2803, rel=0.01), "peak of micro-FE, run 14 of docs/studies/path.csv"
 
 
