@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, get_type_hints
@@ -12,23 +12,23 @@ from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.atomic_files import together
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
-from orchestrator.basis.printed import as_place
+from orchestrator.basis.printed import as_place, few
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
 from orchestrator.macroblocks.bodies import glued
-from orchestrator.masonry.joint_warnings import likely_cause, lost_joints
+from orchestrator.masonry.joint_warnings import lost_joints
 from orchestrator.masonry.joints import JointSettings, blocks_without_support, check_assemblage, find_joints
 from orchestrator.masonry.sources import DRAWINGS, PICTURES, ROWS, VECTORS
 from orchestrator.masonry.sources.block_files import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.sources.closed_outlines import Layers
 from orchestrator.masonry.sources.coco import CocoSettings, holds_annotations, read_coco
+from orchestrator.masonry.sources.copies import drawn_once
 from orchestrator.masonry.sources.drawing import (
     Drawing,
     HealingSettings,
     Material,
     RefusedWallError,
     closed,
-    drawn_once,
     implausible,
     wall_of,
 )
@@ -102,19 +102,25 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             if path.suffix.lower() not in ROWS:  # there every hole is an opening with its width
                 remarks += said_holes(wall)
         except RefusedWallError as error:
-            said = CaseError(error.key, error.problem, likely_cause(error.remarks) + error.remedy)
+            said = CaseError(error.key, error.problem, _likely_cause(error.remarks) + error.remedy)
             raise _drawn(said, error.wall, picture) from None
         try:
             kept, before, more = _without_loose(wall, loose.loose)
             assemblage = find_joints(kept, JointSettings())
             check_assemblage(assemblage)
         except CaseError as error:
-            said = CaseError(error.key, error.problem, doubted_size(wall) or likely_cause(remarks) + error.remedy)
+            said = CaseError(error.key, error.problem, doubted_size(wall) or _likely_cause(remarks) + error.remedy)
             raise _drawn(said, wall, picture) from None
     if block_file and not (options.get("tolerance") or options.get("mortar")):  # what was healed has its own remarks
         remarks += lost_joints(assemblage, JointSettings())
     about = _about(path) if block_file else {}
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: not DOUBTS.search(remark)), before, about)
+
+
+def _likely_cause(remarks: Sequence[str]) -> str:
+    """Return the warnings of reading a drawing, as what a remedy begins with; nothing where there are none."""
+    warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
+    return f"reading it warned of a likely cause: {warned}; else " if warned else ""
 
 
 def _about(block_file: Path) -> dict[str, str]:

@@ -101,8 +101,8 @@ def analyse(
     borne = answer.headline.load_multiplier * problem.equilibrium.live_total
     least = GRAVITY_TOLERANCE * problem.equilibrium.unit_force
     refuse_the_verge(borne, least, moving_without_load(problem, known.met))
-    few = [*few_move_words(problem, view.loads, answer.headline, settings.local_share)]
-    few += of_few_words(problem, view.loads, answer.sequence, settings.local_share)
+    few = [*few_move_words(problem, view.loads, answer.headline, settings.local_share, bool(answer.local_failures))]
+    few += of_few_words(problem, view.loads, answer.sequence, settings.local_share, bool(answer.local_failures))
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)

@@ -75,10 +75,12 @@ def no_rest_words(stones: str, count: int) -> str:
     return f"{said}: " + (f"stones {stones} go" if count > 1 else f"stone {stones} goes") + " down unless wedged"
 
 
-def few_move_words(problem: Problem, loads: Loads, state: LimitState, local_share: float) -> Iterator[str]:
-    """Yield which stones move in the state that counts for a wall that is not loaded, where they are a local failure
-    and no state of what is left was found; loads: of the problem's assemblage."""
-    if has_path(problem.friction):
+def few_move_words(
+    problem: Problem, loads: Loads, state: LimitState, local_share: float, peeled: bool
+) -> Iterator[str]:
+    """Yield which stones move in the state that counts, where they are a local failure and no state of what is left was
+    found; loads: of the problem's assemblage, peeled: whether what counts is a state of what local failures left."""
+    if peeled or not state.converged:
         return
     for stones, percent in _few_that_move(problem, loads, state, local_share):
         yield (
@@ -87,9 +89,11 @@ def few_move_words(problem: Problem, loads: Loads, state: LimitState, local_shar
         )
 
 
-def of_few_words(problem: Problem, loads: Loads, paper: LimitState | None, local_share: float) -> Iterator[str]:
-    """Yield that the paper's value is a local failure, where the wall that counts is loaded on without it."""
-    if paper is None or not has_path(problem.friction):
+def of_few_words(
+    problem: Problem, loads: Loads, paper: LimitState | None, local_share: float, peeled: bool
+) -> Iterator[str]:
+    """Yield that the paper's value is a local failure, where what counts is a state of what local failures left."""
+    if paper is None or not peeled:
         return
     for stones, percent in _few_that_move(problem, loads, paper, local_share):
         yield f"the paper's value is none of the wall: only {percent} % of the dead load moves at it (stones {stones})"

@@ -25,12 +25,6 @@ ROUNDING = 1e-9
 """part of a tensile strength that is rounding"""
 
 
-def likely_cause(remarks: Sequence[str]) -> str:
-    """Return the warnings among remarks on a wall, as what a remedy begins with; nothing where there are none."""
-    warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
-    return f"reading it warned of a likely cause: {warned}; else " if warned else ""
-
-
 def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
     """Return a warning about blocks that lie close without a joint, or none."""
     assert assemblage.outlines is not None, "joints come from a planar map"
@@ -52,11 +46,12 @@ def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
 
 
 def naming_gaps(error: CaseError, assemblage: Assemblage, settings: JointSettings) -> CaseError:
-    """Return the error of a wall that falls with gaps between its blocks as a likely cause; any other as it is."""
-    if not isinstance(error, FallsError):
+    """Return the error of a wall that falls with the gaps between its blocks, which may be why; any other as it is."""
+    gaps = lost_joints(assemblage, settings) if isinstance(error, FallsError) else []
+    if not gaps:
         return error
-    cause = likely_cause(lost_joints(assemblage, settings))
-    return FallsError(error.key, error.problem, cause + error.remedy, error.file)
+    why = f"gaps may be why: {gaps[0].removeprefix('WARNING: ')}; else {error.remedy}"
+    return FallsError(error.key, error.problem, why, error.file)
 
 
 def short_contacts(assemblage: Assemblage, settings: JointSettings) -> list[str]:

@@ -5,7 +5,6 @@ A drawing knows shapes only; thickness, unit weight and friction are given with 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -21,10 +20,10 @@ from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import closed_gaps, heal
 from orchestrator.geometry.planar_map import OverlapError
 from orchestrator.geometry.ring_geometry import without_spikes
-from orchestrator.masonry.sources.copies import without_copies
+from orchestrator.masonry.sources.copies import once
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
 from orchestrator.masonry.sources.mended_outlines import mended, said_of_spikes
-from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, ThinStoneError, folded, said_of_healing, thin_stone
+from orchestrator.masonry.sources.said_of_healing import ThinStoneError, folded, said_of_healing, thin_stone
 from orchestrator.masonry.wall import (
     LARGEST_COUNT,
     LARGEST_TOLERANCE,
@@ -251,32 +250,12 @@ def _mended(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
 
 def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
     """Return the drawing without outlines that are copies of others within the tolerance (m), and remarks."""
-    of_blocks, said = _once("blocks", drawing.stones, tolerance)
-    of_supports, more = _once("supports", drawing.supports, tolerance)
+    of_blocks, said = once("blocks", drawing.stones, tolerance)
+    of_supports, more = once("supports", drawing.supports, tolerance)
     stones = tuple(drawing.stones[k] for k in of_blocks)
     materials = tuple(drawing.materials[k] for k in of_blocks) if drawing.materials else ()
     supports = tuple(drawing.supports[k] for k in of_supports)
     return replace(drawing, stones=stones, materials=materials, supports=supports), [*said, *more]
-
-
-def drawn_once(wall: Wall, tolerance: float) -> tuple[Wall, list[str]]:
-    """Return the wall without blocks that are copies of others within the tolerance (m), and remarks."""
-    kept, said = _once("blocks", [block.polygon for block in wall.blocks], tolerance)
-    blocks = tuple(wall.blocks[k] for k in kept)
-    ids = {block.id for block in blocks}
-    return replace(wall, blocks=blocks, mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids)), said
-
-
-def _once(role: str, outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[int], list[str]]:
-    """Return the positions of the outlines of a role to keep where some were drawn twice, and a remark on that."""
-    kept, copies = without_copies(outlines, tolerance)
-    if not copies:
-        return kept, []
-    x, y = outlines[copies[0][0]].mean(axis=0)
-    apart = max(distance for _, distance in copies)
-    off = f", up to {millimetres(apart)} apart" if apart > NOT_SEEN else ""
-    outlined = "outlines" if len(copies) > 1 else "outline"
-    return kept, [f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at {as_place(x, y)} m"]
 
 
 def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
