@@ -66,13 +66,17 @@ def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: floa
     longer than NARROW of the final displacement `end` (m).
 
     A wall whose displacements are prescribed goes through equilibria that bear less than it bore before. Under that
-    load it moves on to the first that bears as much again: such a motion where it is less than the peak by DROP.
+    load it moves on to the first that bears as much again: such a motion where it is less than the peak by DROP. What
+    has fallen from one rest to the next is the top of one of them alone: how far that went is not known then.
     """
     rest, snaps, moving = at_peak, [(0.0, 0.0)], False
     highest, fell = at_peak, False
     for one in increments:
         moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
         if one.moving or one.number > at_peak.number:
+            continue
+        if not np.array_equal(one.fallen, rest.fallen):
+            rest, moving, highest, fell = one, False, one, False
             continue
         if moving and one.phase != "gravity":
             snaps.append((abs(one.pushed - rest.pushed), rest.load_multiplier))

@@ -6,14 +6,18 @@ a slender pier that falls against a stocky one, columns that lean on each other.
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 
 from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator.app.at_peak import farthest_snap
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.patterns import Rubble, rubble
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.increments import RESTED, Attempt
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -87,3 +91,22 @@ def test_columns_side_by_side_lean_near_what_one_bears_before_they_hold_each_oth
     assert 0.95 * alone < found.snap.load_multiplier < 1.1 * alone
     assert found.snap.share == pytest.approx(0.77, rel=0.06), "0.76 and 0.78 with elements of 40 mm"
     assert 1.04 * found.snap.load_multiplier < found.peak_multiplier < analysis.associative.load_multiplier
+
+
+def row(number, pushed, multiplier, fallen=(False, False), attempts=()):
+    rows = {"number": number, "pushed": pushed, "load_multiplier": multiplier, "fallen": np.array(fallen)}
+    return SimpleNamespace(**rows, phase="load", moving=False, attempts=attempts)
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_the_way_of_a_stone_that_falls_from_the_top_is_no_snap_of_the_wall(falls):
+    """It has slid by 15 mm when it falls in a motion; the rest of the top has gone by 1 mm."""
+    rows = [row(1, 0.001, 0.1), row(2, 0.016, 0.2)]
+    after = row(3, 0.001, 0.2, (falls, False), (Attempt("a part of the wall moves", 0.1, RESTED, 3),))
+    peak = row(4, 0.002, 0.3, (falls, False))
+    found = farthest_snap([*rows, after, peak], peak, 0.1)
+    if falls:
+        assert found is None
+        return
+    assert found.moved == pytest.approx(0.015)
+    assert found.load_multiplier == 0.2
