@@ -211,9 +211,9 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
     packed = {"compress_level": QUICK}
     with warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": name}):
         warnings.filterwarnings("ignore", "Glyph")  # of letters that no font has: boxes are drawn for them
+        figure.set_dpi(DOTS_PER_INCH)  # lines of text are whole pixels high: legends of many would not fit
         lay_out(figure)
         figure.set_layout_engine("none")  # once is enough, for both files
-        figure.set_dpi(DOTS_PER_INCH)
         drawn = FigureCanvasAgg(figure)  # `savefig` draws twice
         drawn.print_png(pixels, metadata={"Software": None}, pil_kwargs=packed)
         FigureCanvasSVG(figure).print_svg(lines, metadata={"Date": None})

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
@@ -19,7 +20,7 @@ from orchestrator.geometry.rigid import polygon_centroid
 from orchestrator.macroblocks.criteria import Partition, one_body
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.present import plots
-from orchestrator.present.plots.canvas import STONE, lay_out, wall_figure
+from orchestrator.present.plots.canvas import STONE, lay_out, save, wall_figure
 from orchestrator.present.plots.wall_pictures import (
     colours_of_bodies,
 )
@@ -183,3 +184,16 @@ def test_no_line_of_a_title_ends_within_an_equation():
         write_title(axes := figure.add_subplot(), title, "")
         assert axes.get_title().endswith("λ = 1")
         assert axes.title.get_label().endswith(title)
+
+
+def test_a_legend_of_many_lines_does_not_reach_into_the_label_above_it(tmp_path):
+    """Letters are whole pixels high: what has room at one resolution may have none at another."""
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_xlabel("control displacement (mm)")
+    for line in range(11):
+        axes.plot([0, 1], [line, line], label=f"peak 12.85 kN (of what is left, with many words besides), line {line}")
+    legend_below(axes, 2)
+    save(figure, tmp_path, "lines")
+    FigureCanvasAgg(figure).draw()
+    assert figure.legends[0].get_window_extent().y1 <= axes.xaxis.label.get_window_extent().y0
