@@ -108,30 +108,6 @@ def test_a_stone_overturns_at_b_over_h_whatever_its_share_of_the_mass(share):
     assert largest == pytest.approx(0.7, rel=5e-3), "what is left slides at the coefficient of friction"
 
 
-def test_a_paper_s_value_that_is_the_pin_s_is_said_to_be_none_of_the_wall():
-    *sizes, _ = PINS[0.02]
-    analysis = analyse(find_joints(pin(*sizes), JointSettings()))
-    assert analysis.sequence.load_multiplier == pytest.approx(1 / 3, rel=1e-6)
-    assert analysis.headline.load_multiplier == pytest.approx(0.7, rel=1e-6)
-    said = "the paper's value is none of the wall: only 2 % of the dead load moves at it (stones 2)"
-    assert said in analysis.remarks
-
-
-def test_a_pin_that_counts_as_nothing_is_known_of_the_wall_without_it_is_told():
-    """The block below is held by supports on both sides: what is left has no multiplier."""
-    blocks = (
-        Block(0, rectangle(-2, -0.5, 20, 0.5), True, 25e3),
-        Block(1, rectangle(0, 0, 9, 4), False, 25e3),
-        Block(2, rectangle(4.25, 4, 0.5, 1.5), False, 25e3),
-        Block(3, rectangle(9, 0, 1, 3), True, 25e3),
-        Block(4, rectangle(-1, 0, 1, 3), True, 25e3),
-    )
-    analysis = analyse(find_joints(Wall("held", blocks, 0.3, 0.7), JointSettings()))
-    assert analysis.headline.load_multiplier == pytest.approx(1 / 3, rel=1e-6)
-    assert any("only stones 2 (2 % of the dead load) move at the multiplier that counts" in r for r in analysis.remarks)
-    assert not any("none of the wall" in remark for remark in analysis.remarks)
-
-
 @pytest.mark.parametrize("slenderness", [0.336, 0.338, 0.340, 0.342, 0.344])
 def test_a_stone_that_falls_just_before_the_wall_is_not_the_wall(slenderness):
     """A pin of 0.3 % on a tower of b/h that overturns in the same increment of load, at b/h too when the pin is gone:

@@ -1,4 +1,5 @@
-"""Local failures of walls that have no path of loading, as joints crush or ties hold stones."""
+"""Local failures of walls that have no path of loading, as joints crush or ties hold stones; what is said of stones that
+move alone."""
 
 from __future__ import annotations
 
@@ -50,3 +51,31 @@ def test_where_what_is_left_is_held_it_is_said_that_only_few_stones_move():
     assert found.headline.load_multiplier == pytest.approx(0.48, rel=1e-4)
     assert not found.local_failures
     assert any(remark.startswith("WARNING: only stones 4 (") for remark in found.remarks)
+
+
+def test_a_paper_s_value_that_is_the_pin_s_is_said_to_be_none_of_the_wall():
+    blocks = (
+        Block(0, rectangle(-9, -0.5, 27, 0.5), True, 25e3),
+        Block(1, rectangle(0, 0, 9, 4), False, 25e3),
+        Block(2, rectangle(4.25, 4, 0.5, 1.5), False, 25e3),
+    )
+    analysis = analyse(find_joints(Wall("pin", blocks, 0.3, 0.7), JointSettings()))
+    assert analysis.sequence.load_multiplier == pytest.approx(1 / 3, rel=1e-6)
+    assert analysis.headline.load_multiplier == pytest.approx(0.7, rel=1e-6)
+    said = "the paper's value is none of the wall: only 2 % of the dead load moves at it (stones 2)"
+    assert said in analysis.remarks
+
+
+def test_a_pin_that_counts_as_nothing_is_known_of_the_wall_without_it_is_told():
+    """The block below is held by supports on both sides: what is left has no multiplier."""
+    blocks = (
+        Block(0, rectangle(-2, -0.5, 20, 0.5), True, 25e3),
+        Block(1, rectangle(0, 0, 9, 4), False, 25e3),
+        Block(2, rectangle(4.25, 4, 0.5, 1.5), False, 25e3),
+        Block(3, rectangle(9, 0, 1, 3), True, 25e3),
+        Block(4, rectangle(-1, 0, 1, 3), True, 25e3),
+    )
+    analysis = analyse(find_joints(Wall("held", blocks, 0.3, 0.7), JointSettings()))
+    assert analysis.headline.load_multiplier == pytest.approx(1 / 3, rel=1e-6)
+    assert any("only stones 2 (2 % of the dead load) move at the multiplier that counts" in r for r in analysis.remarks)
+    assert not any("none of the wall" in remark for remark in analysis.remarks)
