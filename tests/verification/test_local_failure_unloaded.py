@@ -1,5 +1,5 @@
-"""Local failures of walls that have no path of loading, as joints crush or ties hold stones; what is said of stones that
-move alone."""
+"""Local failures of walls that have no path of loading, as joints crush or ties hold stones; what is said of stones
+that move alone."""
 
 from __future__ import annotations
 
