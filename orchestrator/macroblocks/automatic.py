@@ -324,7 +324,7 @@ def kept_multiplier(
             return micro
         for turn in descent(programs, state.mechanism.slip[remains]):
             found = turn.forces.load_multiplier
-            if turn.balances and found <= (1.0 + margin) * micro:  # the next ones lie lower
+            if turn.balances and found <= (1.0 + margin) * micro:  # later ones lie lower, as a rule
                 return found if found >= (1.0 - margin) * micro else None
     except ConvergenceError:
         pass

@@ -58,9 +58,10 @@ def farthest(model: ContactModel, state: Increment, change: FloatArray) -> float
 
 
 def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on: bool = True) -> Increment:
-    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests: as a static
-    increment finds it, or where bodies are in balance, but for what Newton's method leaves, with no more drag than that
-    has (a static increment may be lost to friction there, and motion then went on for ever without any).
+    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests.
+
+    It rests where a static increment says so, and where bodies are in balance, but for what Newton's method leaves,
+    with no more drag than a static increment has: of a wall that does not move, friction may leave none to be found.
 
     goes_on: the last change is a step of the same motion, from which this one is expected to go on.
     """
@@ -100,7 +101,8 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             attempts.append(Attempt(str(error), length, "moved on", error.iterations))
     balanced = reached == aim and moved.out_of_balance <= solver.newton.residual
     if balanced and _time_step(solver, state, length) >= solver.time_step(replace(aim, size=0.0)):
-        return replace(moved, moving=False, attempts=tuple(attempts))  # in the drag of a static increment, or less
+        attempts.append(Attempt("bodies are in balance", length, "at rest without a static increment", 0))
+        return replace(moved, moving=False, attempts=tuple(attempts))
     if any(attempt.action == OF_BEFORE for attempt in moved.attempts):
         length /= SHORTER_STEP
     elif far < FASTEST / FASTER and length >= state.step[0]:

@@ -38,4 +38,5 @@ def test_a_tower_at_rest_does_not_move_for_ever_where_no_static_increment_is_fou
     assert not rests[-1].moving
     assert len(rests) < LONGEST / 2
     assert rests[-1].out_of_balance <= NewtonSettings().residual
+    assert rests[-1].attempts[-1].action == "at rest without a static increment", "counted in the journal"
     assert falls[-1].moving
