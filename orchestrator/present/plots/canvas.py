@@ -187,11 +187,13 @@ def label_of(text: str, letters: int = 40) -> str:
 
 
 def lay_out(figure: Figure) -> None:
-    """Make room for title, labels and legend.
+    """Make room for title, labels and legend, at the resolution of PNG pictures: lines of text are whole pixels high,
+    and legends of many would not fit at another.
 
     Where a wall's height decides the scale, matplotlib measures the title over axes that it moves up only afterwards:
     one pass cuts off its upper line by up to 10 pixels, three do not. Most figures keep their places in the second.
     """
+    figure.set_dpi(DOTS_PER_INCH)
     engine = figure.get_layout_engine()
     if isinstance(engine, ConstrainedLayoutEngine):
         for spine in [spine for axes in figure.axes for spine in axes.spines.values()]:
@@ -211,7 +213,6 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
     packed = {"compress_level": QUICK}
     with warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": name}):
         warnings.filterwarnings("ignore", "Glyph")  # of letters that no font has: boxes are drawn for them
-        figure.set_dpi(DOTS_PER_INCH)  # lines of text are whole pixels high: legends of many would not fit
         lay_out(figure)
         figure.set_layout_engine("none")  # once is enough, for both files
         drawn = FigureCanvasAgg(figure)  # `savefig` draws twice
