@@ -126,15 +126,19 @@ class Pushover:
         yield from found
 
     def _slides_alone(self, trial: Trial, change: FloatArray) -> bool:
-        """Return whether in a change (n,) of what is driven a local part goes FAST by itself, and the wall has not
-        given way: it carries its largest base shear but for what a local part may. Asked once in two increments."""
+        """Return whether in a change (n,) of what is driven a local part goes FAST by itself, in a wall that stands."""
+        return farthest(self.model, trial.state, change) > FAST and self._is_alone(trial, change)
+
+    def _is_alone(self, trial: Trial, change: FloatArray) -> bool:
+        """Return whether only a local part moves in a change (n,) of what is driven, and the wall has not given way: it
+        carries its largest base shear but for what a local part may. Asked once in two increments."""
         state = trial.state
         asked = any(attempt.action == LOADED for attempt in (*state.attempts, *trial.attempts))
         if state.phase != "displacement" or asked:
             return False
-        stands = state.base_shear >= (1.0 - self.stepping.local_share) * state.largest_base_shear
-        fast = farthest(self.model, state, change) > FAST
-        return stands and fast and self._is_local(state, body_motion(self.model, change) * ~state.fallen)
+        whole = state.load_multiplier * self.model.horizontal_load  # nothing would have fallen
+        stands = whole >= (1.0 - self.stepping.local_share) * state.largest_base_shear
+        return stands and self._is_local(state, body_motion(self.model, change) * ~state.fallen)
 
     def _loaded(self, trial: Trial, spent: int) -> Trial:
         """Return a trial of the smallest increment of load in the place of one that drives what moves in a local part
@@ -177,6 +181,9 @@ class Pushover:
         last, moved = rows[-1], trial.after(*rows)
         total = spent + sum(row.iterations for row in rows)
         if not last.moving:
+            whole = (last.displacement - state.displacement).ravel()
+            if last.base_shear < state.base_shear and self._is_alone(trial, whole):  # it creeps from rest to rest
+                return self._loaded(moved, total)
             attempts = moved.then(why, RESTED, total - last.iterations).attempts
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
         if self._slides_alone(trial, last.change.ravel()):
