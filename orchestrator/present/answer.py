@@ -57,7 +57,25 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     low, high = _lowest(analysis), (analysis.non_associative_range or (multiplier, multiplier))[1]
     left = " of what is left" * bool(analysis.local_failures)
     moved = _lower_when_moved(analysis, low)
-    return f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=not moved)}{moved}"
+    safest = not moved and not _is_followed_in_part(analysis)
+    return (
+        f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=safest)}{moved}{_up_to(analysis)}"
+    )
+
+
+def _is_followed_in_part(analysis: LimitAnalysis) -> bool:
+    """Return whether the state is that of a wall too large to be loaded up to it."""
+    return analysis.headline.flow_rule == "smoothed"
+
+
+def _up_to(analysis: LimitAnalysis) -> str:
+    """Return how far a wall was loaded that is too large to be loaded up to its state."""
+    if not _is_followed_in_part(analysis):
+        return ""
+    if analysis.last_rest is None:
+        return " So large a wall is not loaded: it may fail in a lower state."
+    rest = f"it was found at rest up to λ = ({_limit(analysis.last_rest)}), and may fail in a lower one."
+    return f" So large a wall is not loaded up to its state: {rest}"
 
 
 def _lowest(analysis: LimitAnalysis) -> float:
@@ -70,13 +88,14 @@ def _lowest(analysis: LimitAnalysis) -> float:
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
     """Return that stones bear less in large displacements than in the lowest state found: as they give way at edges,
     where a remark tells that, or by 1 % as rigid blocks."""
+    safe = "Lower" if _is_followed_in_part(analysis) else "On the safe side"
     rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
     is_told = pressed < (1.0 - SAME_ANSWER) * min(rigid, analysis.headline.load_multiplier)
     if is_told and pressed < low:
         left = "about what is left in large displacements as stones give way at edges"
-        return f" On the safe side is λ = {_limit(pressed)}, {left}."
+        return f" {safe} is λ = {_limit(pressed)}, {left}."
     if rigid < (1.0 - SAME_ANSWER) * low:
-        return f" On the safe side is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
+        return f" {safe} is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
     return ""
 
 

@@ -77,6 +77,18 @@ def test_the_bound_alone_counts_as_no_more_than_that(slender):
     assert "an upper bound only" in said
 
 
+def test_a_state_that_a_wall_was_not_loaded_up_to_is_not_on_the_safe_side(slender):
+    """A facade of 1,174 stones bears 0.273 in finite elements, its smoothed state is 0.300."""
+    state = replace(slender.headline, flow_rule="smoothed")
+    large = replace(at(slender, bound=0.6), path=state, sequence=None, lowest=None, last_rest=0.25, pressed_peak=0.42)
+    said = answer_of_limit(large)
+    assert said.startswith("λ = 0.50000 counts (collapse state of smoothed conditions)")
+    assert " Lower is λ = 0.42000, about what is left in large displacements as stones give way at edges." in said
+    assert said.endswith("it was found at rest up to λ = (0.25000), and may fail in a lower one.")
+    assert "safe side" not in said
+    assert answer_of_limit(replace(large, last_rest=None)).endswith(" is not loaded: it may fail in a lower state.")
+
+
 def test_a_last_rest_is_called_no_collapse_state(slender):
     rest = replace(slender.path, flow_rule="last_rest", converged=False)
     said = answer_of_limit(replace(slender, path=rest))
