@@ -136,7 +136,7 @@ class Pushover:
         asked = any(attempt.action == LOADED for attempt in (*state.attempts, *trial.attempts))
         if state.phase != "displacement" or asked:
             return False
-        whole = state.load_multiplier * self.model.horizontal_load  # nothing would have fallen
+        whole = state.load_multiplier * self.model.horizontal_load  # base shear, had nothing fallen, N
         stands = whole >= (1.0 - self.stepping.local_share) * state.largest_base_shear
         return stands and self._is_local(state, body_motion(self.model, change) * ~state.fallen)
 
