@@ -228,7 +228,10 @@ def last_rest_of(met: Loaded | None) -> float | None:
     """Return the last load at which a wall was found at rest, None where it was not loaded."""
     if met is None or met.is_unloaded:
         return None
-    return met.multiplier if met.geometry_decides else met.path.last_rest
+    if met.geometry_decides:
+        return met.multiplier
+    pushed = met.pushed.peak if met.pushed is not None and not met.is_met else 0.0
+    return max(met.path.last_rest, pushed)
 
 
 def curve_of(met: Loaded | None) -> FloatArray | None:

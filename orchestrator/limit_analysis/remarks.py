@@ -125,7 +125,11 @@ def answer_words(met: Loaded) -> Iterator[str]:
         bears, drawn = met.multiplier, drawn_of(met)
         least = "" if met.pushed is not None and met.pushed.is_past else "at least "
         blocks = f"rigid blocks in large displacements bear {least}{as_lambda(bears)}"
-        yield f"geometry decides: {blocks}, in small ones {as_lambda(drawn)}"
+        if is_met_as_drawn(met):
+            yield f"geometry decides: {blocks}, in small ones {as_lambda(drawn)}"
+        else:
+            closed = "a state in small ones, closed by smoothed conditions without loading"
+            yield f"{blocks}; {closed}, has {as_lambda(drawn)}"
     elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]
         yield f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}"
@@ -165,7 +169,7 @@ def geometry_words(met: Loaded) -> Iterator[str]:
     modulus = modulus_of(met)
     if met.geometry_decides:
         yield f"the peak in large displacements depends on the elastic modulus of the stones, here {modulus}"
-        if met.multiplier < drawn_of(met):
+        if met.multiplier < drawn_of(met) and is_met_as_drawn(met):
             lost = percent_of(1.0 - met.multiplier / drawn_of(met))
             yield (
                 f"rigid blocks on springs lose {lost} as they move; stones that give way at edges and bend may lose "
@@ -178,6 +182,11 @@ def geometry_words(met: Loaded) -> Iterator[str]:
 def drawn_of(met: Loaded) -> float:
     """Return the multiplier of the state in small displacements, or of the last rest where none was found."""
     return met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
+
+
+def is_met_as_drawn(met: Loaded) -> bool:
+    """Whether loading in small displacements led to the state there, which is no state of smoothed conditions."""
+    return met.path.state is None or met.path.state.flow_rule != "smoothed"
 
 
 def modulus_of(met: Loaded) -> str:

@@ -47,7 +47,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         of_what = ""
         if analysis.geometry_decides:
             least = "" if analysis.rigid_peak is not None else "at least "
-            rest = f"Geometry decides: in large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
+            why = "In" if analysis.drawn and analysis.drawn.flow_rule == "smoothed" else "Geometry decides: in"
+            rest = f"{why} large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
             of_what = " in small displacements"
         elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
         return f"{rest}{elsewhere}{_lower_when_moved(analysis, _lowest(analysis))}"
@@ -64,8 +65,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
 
 
 def _is_followed_in_part(analysis: LimitAnalysis) -> bool:
-    """Return whether the state is that of a wall too large to be loaded up to it."""
-    return analysis.headline.flow_rule == "smoothed"
+    """Return whether the state is that of a wall too large to be loaded up to it, which did not fail below either."""
+    return analysis.headline.flow_rule == "smoothed" and analysis.rigid_peak is None
 
 
 def _up_to(analysis: LimitAnalysis) -> str:

@@ -70,9 +70,9 @@ class LimitAnalysisSettings(Checked):
     """larger walls have no value of the paper's sequence: begun at a state it takes longer than that state did and does
     not settle (997 blocks)"""
     path_blocks: Annotated[int, Ge(0)] = 500
-    """larger walls are not loaded to their end: their state is one of smoothed conditions, where there is one"""
+    """the state of larger walls in small displacements is one of smoothed conditions, where there is one"""
     large_displacements: bool = True
-    """whether walls of up to path_blocks blocks are pushed in large displacements, too"""
+    """whether walls are pushed in large displacements, too"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a mechanism that moves less than this part of the dead load and of the live load is a local failure: its stones
     are taken away, and the wall goes on to its own state; 0 stops at the first mechanism, however small"""

@@ -101,6 +101,11 @@ class Loaded:
         return self.state is not None and self.state.converged
 
     @property
+    def is_met(self) -> bool:
+        """Whether it is the state that loading led to, and not one of smoothed conditions."""
+        return self.state is None or self.state.flow_rule != "smoothed"
+
+    @property
     def geometry_decides(self) -> bool:
         """Whether the answer is the peak in large displacements, and not the limit state of the wall as drawn."""
         return self.pushed is not None and self.state is not None and self.multiplier == self.pushed.peak
@@ -131,11 +136,11 @@ def loaded(
     """Load a wall along +x until it fails as a whole, in small displacements and, if it `pushes`, in large ones, too.
 
     Stones that come loose in large displacements where the wall stands in small ones are a local failure, too: the wall
-    is loaded again without them. None: no rest at first. A wall of more than `most_blocks` is not pushed, and not
-    loaded to its end if it has a state of smoothed conditions.
+    is loaded again without them. None: no rest at first. A wall of more than `most_blocks` is not loaded to its end
+    in small displacements if it has a state of smoothed conditions.
     """
     found = in_small_displacements(problem, loads, optimum, local_share, most_blocks)
-    while found is not None and pushes and is_pushed(found, most_blocks):
+    while found is not None and pushes and is_pushed(found):
         logger.info("pushing rigid blocks in large displacements")
         pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
         spent = found.factorisations + (pushed.factorisations if pushed else 0)
@@ -179,11 +184,10 @@ def in_small_displacements(
     )
 
 
-def is_pushed(found: Loaded, most_blocks: int) -> bool:
+def is_pushed(found: Loaded) -> bool:
     """Whether a wall is pushed in large displacements: not with joints that hold unpressed, until they break."""
-    friction, blocks = found.part.friction, len(found.part.equilibrium.free_blocks)
-    held_unpressed = friction.cohesion.any() or friction.tension.any()
-    return found.multiplier > 0.0 and bool(found.path.forces) and blocks <= most_blocks and not held_unpressed
+    held_unpressed = found.part.friction.cohesion.any() or found.part.friction.tension.any()
+    return found.multiplier > 0.0 and bool(found.path.forces) and not held_unpressed
 
 
 def moving_without_load(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
@@ -224,11 +228,12 @@ def lower_of(found: Sequence[Loaded]) -> Loaded | None:
 
 
 def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
-    """Return the peak in large displacements of a wall that was pushed where that is another answer."""
+    """Return the peak in large displacements of a wall that was pushed where that is another answer, in an interval
+    with what loading met in small ones."""
     pushed = found.pushed
     if pushed is None or pushed.state is None or not is_another(found, pushed):
         return found
-    ends = (pushed.peak, found.multiplier, *(found.spread or ()))
+    ends = (pushed.peak, *((found.multiplier, *(found.spread or ())) if found.is_met else ()))
     spread = (min(ends), max(ends)) if max(ends) - min(ends) > SAME_ANSWER * max(ends) else None
     return replace(found, state=of_whole(pushed.state, whole, found.left), spread=spread)
 
@@ -237,10 +242,11 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
     Where no limit state was closed it is that from ANOTHER_PEAK on, passed or not: what is known then is up to which
-    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed. Above,
-    it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry.
+    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed; then it
+    is that from ANOTHER_PEAK on, too, where loading did not lead to the state. Above, it must lie off what the same
+    springs bear in small displacements, too: else these differ, not the geometry.
     """
-    if not found.closed:
+    if not found.closed or (pushed.is_past and not found.is_met):
         return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
     return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))

@@ -41,11 +41,11 @@ REST_BUDGET = 600
 """Factorisations of a rest."""
 GRAVITY_BUDGET = 800
 """Factorisations of gravity."""
-BUDGET = 1_000_000
+BUDGET = 12_000_000
 """Factorisations in all, times blocks."""
 SMALLEST_BUDGET = 1500
 """Factorisations in all at least, however many blocks."""
-MOST_IN_ALL = 6_000
+MOST_IN_ALL = 12_000
 """Factorisations in all at most, however few blocks."""
 
 

@@ -80,13 +80,25 @@ def test_the_bound_alone_counts_as_no_more_than_that(slender):
 def test_a_state_that_a_wall_was_not_loaded_up_to_is_not_on_the_safe_side(slender):
     """A facade of 1,174 stones bears 0.273 in finite elements, its smoothed state is 0.300."""
     state = replace(slender.headline, flow_rule="smoothed")
-    large = replace(at(slender, bound=0.6), path=state, sequence=None, lowest=None, last_rest=0.25, pressed_peak=0.42)
+    wide = replace(at(slender, bound=0.6), path=state, sequence=None, lowest=None, pressed_peak=0.42)
+    large = replace(wide, last_rest=0.25, rigid_peak=None)
     said = answer_of_limit(large)
     assert said.startswith("λ = 0.50000 counts (collapse state of smoothed conditions)")
     assert " Lower is λ = 0.42000, about what is left in large displacements as stones give way at edges." in said
     assert said.endswith("it was found at rest up to λ = (0.25000), and may fail in a lower one.")
     assert "safe side" not in said
     assert answer_of_limit(replace(large, last_rest=None)).endswith(" is not loaded: it may fail in a lower state.")
+    assert "in a lower one" not in answer_of_limit(replace(large, rigid_peak=0.499)), "it has failed above that"
+
+
+def test_a_peak_beside_a_state_that_loading_did_not_lead_to_is_not_put_down_to_geometry(slender):
+    """The facade of 531 stones: what it loses below that state need not be lost as it moves."""
+    peak = replace(slender.path, flow_rule="large_displacements", converged=False)
+    drawn = replace(slender.path, load_multiplier=0.52)
+    said = answer_of_limit(replace(slender, path=peak, rigid_peak=0.5, drawn=drawn))
+    assert said.startswith("Geometry decides: in large displacements the wall bears λ = (0.50000): ")
+    unmet = replace(slender, path=peak, rigid_peak=0.5, drawn=replace(drawn, flow_rule="smoothed"))
+    assert answer_of_limit(unmet).startswith("In large displacements the wall bears λ = (0.50000): ")
 
 
 def test_a_last_rest_is_called_no_collapse_state(slender):
