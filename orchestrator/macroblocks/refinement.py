@@ -12,7 +12,7 @@ row, once they are more than FEW, unless that is more than rigid blocks bear: bo
 (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136). Nor where it is FAR_BELOW what rigid blocks on springs as
 soft as the stones bear in large displacements: bodies may be in another state, the same one however many they are (6,
 12 and 24 of 47 stones of rubble 0.207, as a column at their edge leans away, and every stone 0.363). At last it ends
-with every stone. A curve that is not
+with every stone, which are next where twice as many would be more than half of them. A curve that is not
 valid counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of
 rigid blocks there, where it was passed, else the headline, down to what is left of it as stones give way at edges;
 never an interval of states, between whose ends any number of bodies may bear something. Bodies that supports hold, once
@@ -67,8 +67,10 @@ class Borne:
 
 
 def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
-    """Return twice as many bodies, each a part of one of `partition`, or every stone; None where they are that."""
-    count = min(2 * partition.count, stones_of(assemblage))
+    """Return twice as many bodies, each a part of one of `partition`, or every stone where these are more than half of
+    all stones, which save little; None where they are that."""
+    stones = stones_of(assemblage)
+    count = 2 * partition.count if 4 * partition.count <= stones else stones
     if count == partition.count:
         return None
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
