@@ -226,12 +226,11 @@ def answer_of(met: Loaded | None) -> LimitState | None:
 
 def last_rest_of(met: Loaded | None) -> float | None:
     """Return the last load at which a wall was found at rest, None where it was not loaded."""
-    if met is None or met.is_unloaded:
+    if met is None or (met.is_unloaded and met.pushed is None):
         return None
-    if met.geometry_decides:
-        return met.multiplier
-    pushed = met.pushed.peak if met.pushed is not None and not met.is_met else 0.0
-    return max(met.path.last_rest, pushed)
+    if met.pushed is not None and (met.is_unloaded or met.geometry_decides):
+        return met.pushed.peak
+    return met.path.last_rest
 
 
 def curve_of(met: Loaded | None) -> FloatArray | None:

@@ -125,7 +125,7 @@ def answer_words(met: Loaded) -> Iterator[str]:
         bears, drawn = met.multiplier, drawn_of(met)
         least = "" if met.pushed is not None and met.pushed.is_past else "at least "
         blocks = f"rigid blocks in large displacements bear {least}{as_lambda(bears)}"
-        if is_met_as_drawn(met):
+        if not met.is_unloaded:
             yield f"geometry decides: {blocks}, in small ones {as_lambda(drawn)}"
         else:
             closed = "a state in small ones, closed by smoothed conditions without loading"
@@ -148,7 +148,7 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
     rest, state = met.path.last_rest, met.state
     if state is None:
         return
-    if not met.spread and state.flow_rule not in CLOSED_BY:
+    if not met.spread and not met.is_unloaded and state.flow_rule not in CLOSED_BY:
         bears = as_lambda(state.load_multiplier)
         if state.load_multiplier < (1.0 - RELEASE) * rest:
             yield f"at rest up to {as_lambda(rest)}; once it moves it carries {bears}"
@@ -169,7 +169,7 @@ def geometry_words(met: Loaded) -> Iterator[str]:
     modulus = modulus_of(met)
     if met.geometry_decides:
         yield f"the peak in large displacements depends on the elastic modulus of the stones, here {modulus}"
-        if met.multiplier < drawn_of(met) and is_met_as_drawn(met):
+        if met.multiplier < drawn_of(met) and not met.is_unloaded:
             lost = percent_of(1.0 - met.multiplier / drawn_of(met))
             yield (
                 f"rigid blocks on springs lose {lost} as they move; stones that give way at edges and bend may lose "
@@ -182,11 +182,6 @@ def geometry_words(met: Loaded) -> Iterator[str]:
 def drawn_of(met: Loaded) -> float:
     """Return the multiplier of the state in small displacements, or of the last rest where none was found."""
     return met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
-
-
-def is_met_as_drawn(met: Loaded) -> bool:
-    """Whether loading in small displacements led to the state there, which is no state of smoothed conditions."""
-    return met.path.state is None or met.path.state.flow_rule != "smoothed"
 
 
 def modulus_of(met: Loaded) -> str:
@@ -205,6 +200,8 @@ def interval_words(met: Loaded) -> Iterator[str]:
 
 def loaded_to(met: Loaded) -> str:
     """Return in words how far a wall was loaded towards a state found otherwise."""
+    if met.is_unloaded and met.pushed is not None:
+        return "the wall was loaded in large displacements only, for the number of blocks"
     if met.is_unloaded:
         return "the wall was not loaded, for the number of blocks"
     lost = met.path.not_at_rest

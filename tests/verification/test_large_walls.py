@@ -75,8 +75,8 @@ def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
     )
 
 
-def test_a_wall_that_is_not_followed_to_its_end_has_a_valid_state_and_says_how_far_it_was_loaded():
-    """Running bond, 290 blocks: below Eq. (1), above the rest it was loaded to; power, flow and friction balance."""
+def test_a_wall_that_is_not_loaded_has_a_valid_state_and_says_so():
+    """Running bond, 290 blocks: below Eq. (1); power, flow and friction balance. Loading meets 0.4902."""
     wall = find_joints(running_bond(14, 20), JointSettings())
     found = analyse(wall, LimitAnalysisSettings(search_blocks=1, sequence_blocks=1, **AS_DRAWN))
     state = found.headline
@@ -84,29 +84,29 @@ def test_a_wall_that_is_not_followed_to_its_end_has_a_valid_state_and_says_how_f
     assert state is found.path
     terms = assemble_equilibrium(wall)
     assert validate(wall, terms, coulomb(wall), state).complaints == ()
-    assert 0.8 * state.load_multiplier < found.last_rest < state.load_multiplier < found.associative.load_multiplier
+    assert 0.97 * 0.4902 < state.load_multiplier < found.associative.load_multiplier
+    assert found.last_rest is None
     (said,) = [remark for remark in found.remarks if "path" in remark]
-    assert said.startswith("the path was not followed to its end: state closed by smoothed conditions; at rest up to ")
-    assert f"{found.last_rest:.4f}" in said
+    assert said.endswith("state closed by smoothed conditions; the wall was not loaded, for the number of blocks")
 
 
 @pytest.mark.parametrize(("width", "height", "expected"), [(0.5, 1.0, 0.5), (1.0, 0.5, 0.65)])
 def test_one_block_rests_up_to_its_state_on_this_road_too(width, height, expected):
-    """min(mu, b/h); loading is asked for a rest 1 % below, and finds it."""
+    """min(mu, b/h); a block that rocks on springs loses a little of it as it turns."""
     block = assemblage_of([box(-3, -1, 6, 1), box(0, 0, width, height)])
-    found = analyse(block, LimitAnalysisSettings(**AS_DRAWN))
-    assert found.headline.flow_rule == "smoothed"
-    assert found.headline.load_multiplier == pytest.approx(expected, rel=1e-6)
-    assert found.last_rest == pytest.approx(0.99 * expected, rel=1e-6)
+    found = analyse(block, LimitAnalysisSettings(path_blocks=0))
+    assert found.drawn or found.headline.flow_rule == "smoothed"
+    assert (found.drawn or found.headline).load_multiplier == pytest.approx(expected, rel=1e-6)
+    assert found.last_rest == pytest.approx(expected, rel=2e-3)
+    assert found.last_rest == found.rigid_peak
 
 
-def test_a_wall_too_large_to_be_loaded_at_all_says_so():
-    """4,400 cubes, each by itself on the ground: mu, and nobody asks for the rests on the way."""
+def test_very_many_blocks_are_pushed_too():
+    """4,400 cubes, each by itself on the ground: mu."""
     cubes = assemblage_of([box(-3, -1, 9000, 1), *(box(2 * k, 0, 1, 1) for k in range(4400))])
     found = analyse(cubes, LimitAnalysisSettings(search_blocks=1, sequence_blocks=1, path_blocks=0))
     assert found.headline.load_multiplier == pytest.approx(0.65, rel=1e-6)
-    assert found.last_rest is None
-    assert any("the wall was not loaded, for the number of blocks" in remark for remark in found.remarks)
+    assert found.last_rest == pytest.approx(0.65, rel=1e-6)
 
 
 def side_by_side(wall, count):

@@ -101,18 +101,13 @@ class Loaded:
         return self.state is not None and self.state.converged
 
     @property
-    def is_met(self) -> bool:
-        """Whether it is the state that loading led to, and not one of smoothed conditions."""
-        return self.state is None or self.state.flow_rule != "smoothed"
-
-    @property
     def geometry_decides(self) -> bool:
         """Whether the answer is the peak in large displacements, and not the limit state of the wall as drawn."""
         return self.pushed is not None and self.state is not None and self.multiplier == self.pushed.peak
 
     @property
     def is_unloaded(self) -> bool:
-        """Whether a wall with a state was not loaded at all."""
+        """Whether a wall with a state was not loaded in small displacements."""
         return self.state is not None and not self.path.forces
 
     def slip(self, state: LimitState, whole: Assemblage) -> FloatArray:
@@ -136,8 +131,8 @@ def loaded(
     """Load a wall along +x until it fails as a whole, in small displacements and, if it `pushes`, in large ones, too.
 
     Stones that come loose in large displacements where the wall stands in small ones are a local failure, too: the wall
-    is loaded again without them. None: no rest at first. A wall of more than `most_blocks` is not loaded to its end
-    in small displacements if it has a state of smoothed conditions.
+    is loaded again without them. None: no rest at first. A wall of more than `most_blocks` is not loaded in
+    small displacements if it has a state of smoothed conditions.
     """
     found = in_small_displacements(problem, loads, optimum, local_share, most_blocks)
     while found is not None and pushes and is_pushed(found):
@@ -187,7 +182,7 @@ def in_small_displacements(
 def is_pushed(found: Loaded) -> bool:
     """Whether a wall is pushed in large displacements: not with joints that hold unpressed, until they break."""
     held_unpressed = found.part.friction.cohesion.any() or found.part.friction.tension.any()
-    return found.multiplier > 0.0 and bool(found.path.forces) and not held_unpressed
+    return found.multiplier > 0.0 and not held_unpressed
 
 
 def moving_without_load(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
@@ -233,7 +228,7 @@ def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
     pushed = found.pushed
     if pushed is None or pushed.state is None or not is_another(found, pushed):
         return found
-    ends = (pushed.peak, *((found.multiplier, *(found.spread or ())) if found.is_met else ()))
+    ends = (pushed.peak, *((found.multiplier, *(found.spread or ())) if not found.is_unloaded else ()))
     spread = (min(ends), max(ends)) if max(ends) - min(ends) > SAME_ANSWER * max(ends) else None
     return replace(found, state=of_whole(pushed.state, whole, found.left), spread=spread)
 
@@ -246,7 +241,7 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     is that from ANOTHER_PEAK on, too, where loading did not lead to the state. Above, it must lie off what the same
     springs bear in small displacements, too: else these differ, not the geometry.
     """
-    if not found.closed or (pushed.is_past and not found.is_met):
+    if not found.closed or (pushed.is_past and found.is_unloaded):
         return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
     return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
