@@ -140,7 +140,7 @@ def answer_words(met: Loaded) -> Iterator[str]:
         yield f"loading: at rest up to {rest}{creeps}, but no limit state was closed there{headline}"
         if path.given_up:
             upper = "the bound" if path.not_at_rest == inf else f"{as_lambda(path.not_at_rest)}"
-            yield f"given up for the number of blocks: between that rest and {upper} nothing is known"
+            yield f"given up after so many steps: between that rest and {upper} nothing is known"
 
 
 def mechanism_words(met: Loaded) -> Iterator[str]:
@@ -200,10 +200,8 @@ def interval_words(met: Loaded) -> Iterator[str]:
 
 def loaded_to(met: Loaded) -> str:
     """Return in words how far a wall was loaded towards a state found otherwise."""
-    if met.is_unloaded and met.pushed is not None:
-        return "the wall was loaded in large displacements only, for the number of blocks"
     if met.is_unloaded:
-        return "the wall was not loaded, for the number of blocks"
+        return "the wall was not loaded in small displacements, for the number of blocks"
     lost = met.path.not_at_rest
     return f"at rest up to {as_lambda(met.path.last_rest)}" + (
         "" if lost == inf else f", no rest found at {as_lambda(lost)}"

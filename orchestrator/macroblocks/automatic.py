@@ -111,10 +111,13 @@ def chosen(
     """Return few bodies that keep the states of micro-LA within `margin`, part of it, and meet the headline's.
 
     tied: as in `macroblocks_of`. Every stone stays a body where nothing coarser does; a wall of one block is one body.
-    Where geometry decides, bodies keep the state in small displacements, which has a mechanism.
+    Where geometry decides, bodies keep the state in small displacements, which has a mechanism, and may fail anywhere
+    between it and the peak.
     """
     tied = tied or assemblage
-    analysis = replace(analysis, path=analysis.drawn) if analysis.drawn else analysis
+    if analysis.drawn:
+        low, high = sorted((analysis.drawn.load_multiplier, analysis.headline.load_multiplier))
+        analysis = replace(analysis, path=analysis.drawn, interval=analysis.interval or (low, high))
     if analysis.local_failures:
         return _chosen_without_loose_stones(assemblage, analysis, margin, tied)
     stones, every_stone = stones_of(assemblage), partition_of(assemblage, np.arange(len(assemblage.wall.blocks)))

@@ -80,7 +80,7 @@ def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition)
 
 def rigid_multiplier(analysis: LimitAnalysis, in_large: bool) -> float:
     """Return what rigid blocks bear, as far as bodies in large displacements (or not) are to bear the same."""
-    drawn, moved = analysis.headline.load_multiplier, analysis.rigid_peak
+    drawn, moved = (analysis.drawn or analysis.headline).load_multiplier, analysis.rigid_peak
     return moved if in_large and moved is not None else drawn
 
 

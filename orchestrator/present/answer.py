@@ -65,8 +65,10 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
 
 
 def _is_followed_in_part(analysis: LimitAnalysis) -> bool:
-    """Return whether the state is that of a wall too large to be loaded up to it, which did not fail below either."""
-    return analysis.headline.flow_rule == "smoothed" and analysis.rigid_peak is None
+    """Return whether the state is that of a wall too large to be loaded up to it as drawn, or as far when it moved."""
+    if analysis.headline.flow_rule != "smoothed" or analysis.rigid_peak is not None:
+        return False
+    return analysis.last_rest is None or analysis.last_rest < (1.0 - SAME_ANSWER) * analysis.headline.load_multiplier
 
 
 def _up_to(analysis: LimitAnalysis) -> str:
@@ -74,7 +76,7 @@ def _up_to(analysis: LimitAnalysis) -> str:
     if not _is_followed_in_part(analysis):
         return ""
     if analysis.last_rest is None:
-        return " So large a wall is not loaded: it may fail in a lower state."
+        return " So large a wall is not loaded as drawn: it may fail in a lower state."
     rest = f"it was found at rest up to λ = ({_limit(analysis.last_rest)}), and may fail in a lower one."
     return f" So large a wall is not loaded up to its state: {rest}"
 

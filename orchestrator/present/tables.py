@@ -51,7 +51,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     names = {
         "associative, a bound" if analysis.is_bound else "associative": analysis.associative,
         **({"without loose stones": left} if left else {}),
-        "met by loading" if path is None or path.converged else path.name: path,
+        "met by loading" if path is None or path.flow_rule == "path" else path.name: path,
         "the paper's value": analysis.sequence,
         "lowest found": analysis.lowest,
     }

@@ -157,7 +157,7 @@ class LimitAnalysis:
     rigid_peak: the multiplier of its peak, None where that was not passed; pressed_peak: about what is left of it, or
     of a wall that was not pushed so, as stones give way at edges that they turn about (turning_joints.py), or None.
     Where the peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
-    displacements, with which the interval ends.
+    displacements, with which the interval ends, or a state of smoothed conditions, which it need not meet.
     going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
     displacements of stones so soft: no multiplier counts then, unless they are wedged. ways_out: how often the path of
     what is left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag

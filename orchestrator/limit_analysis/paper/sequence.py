@@ -72,7 +72,7 @@ class LimitAnalysisSettings(Checked):
     path_blocks: Annotated[int, Ge(0)] = 500
     """the state of larger walls in small displacements is one of smoothed conditions, where there is one"""
     large_displacements: bool = True
-    """whether walls are pushed in large displacements, too"""
+    """whether walls whose joints do not hold unpressed, nor crush, are pushed in large displacements, too"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a mechanism that moves less than this part of the dead load and of the live load is a local failure: its stones
     are taken away, and the wall goes on to its own state; 0 stops at the first mechanism, however small"""

@@ -28,7 +28,9 @@ def large_path(problem: Problem, optimum: LimitSolution) -> LoadPath | None:
     state = None if problem.friction.tension.any() else smoothed_state(problem, optimum)
     if state is None:
         return None
-    return LoadPath(read_only([0.0, state.load_multiplier]), read_only([1.0, 1.0]), (), state, 0, 0.0)
+    return LoadPath(
+        read_only([0.0, state.load_multiplier]), read_only([1.0, 1.0]), (), state, state.records[0].iterations, 0.0
+    )
 
 
 def smoothed_state(problem: Problem, optimum: LimitSolution) -> LimitState | None:

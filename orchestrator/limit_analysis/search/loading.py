@@ -72,7 +72,8 @@ class Loaded:
 
     The state's arrays are those of the whole wall: stones that came loose are at rest in it, their joints carry
     nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
-    lowest and highest multiplier with joints of different stiffness, or in small and large displacements. pushed: the
+    lowest and highest multiplier with joints of different stiffness, or in small and large displacements,
+    where loading led to them. pushed: the
     curve of what is left in large displacements, where the wall was pushed. displaced_rests: whether it came to rest
     there under some live load, if it was. on_its_springs: what it bears, at rest or moving, in small displacements
     with the stiffness of joints that it is pushed with, nan where no limit state was closed. factorisations: so far.
@@ -237,12 +238,15 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
     Where no limit state was closed it is that from ANOTHER_PEAK on, passed or not: what is known then is up to which
-    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed; then it
-    is that from ANOTHER_PEAK on, too, where loading did not lead to the state. Above, it must lie off what the same
-    springs bear in small displacements, too: else these differ, not the geometry.
+    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed. Above,
+    it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry. A wall
+    that was not loaded in small displacements has no such state: its peak counts from SAME_ANSWER on.
     """
-    if not found.closed or (pushed.is_past and found.is_unloaded):
+    if not found.closed:
         return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier
+    if found.is_unloaded:
+        off = pushed.peak / found.multiplier - 1.0
+        return off > SAME_ANSWER or (pushed.is_past and off < -SAME_ANSWER)
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
     return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
 
@@ -303,7 +307,7 @@ def peeled(
         if high > (1.0 + MISSED) * bound:
             state, low, high = of_whole(part.bound(optimum), whole, left), bound, bound
         moving, share, gone = moving_share(problem, loads, state, left)
-        rested = gone if path.last_rest > under else rested
+        rested = gone if path.forces and path.last_rest > under else rested
         is_known = state.converged or not state.load_multiplier
         if not is_known or not is_local(gone + share - rested, rested, local_share):
             return found

@@ -87,8 +87,11 @@ def test_a_state_that_a_wall_was_not_loaded_up_to_is_not_on_the_safe_side(slende
     assert " Lower is λ = 0.42000, about what is left in large displacements as stones give way at edges." in said
     assert said.endswith("it was found at rest up to λ = (0.25000), and may fail in a lower one.")
     assert "safe side" not in said
-    assert answer_of_limit(replace(large, last_rest=None)).endswith(" is not loaded: it may fail in a lower state.")
-    assert "in a lower one" not in answer_of_limit(replace(large, rigid_peak=0.499)), "it has failed above that"
+    assert answer_of_limit(replace(large, last_rest=None)).endswith(
+        " is not loaded as drawn: it may fail in a lower state."
+    )
+    for known in (replace(large, rigid_peak=0.499), replace(large, last_rest=0.501)):
+        assert "may fail in a lower" not in answer_of_limit(known), "it fails, or rests, within 1 % of that state"
 
 
 def test_a_peak_beside_a_state_that_loading_did_not_lead_to_is_not_put_down_to_geometry(slender):

@@ -40,16 +40,17 @@ ON_PAGES = [
     "refined: in finite elements 2 bear 0.2889, 4 bear 0.3001 (not valid), 8 bear 0.2889 (rigid blocks 0.2890)",
     "loading: no state of rest under the dead load was found: stone 65 goes down unless wedged",
     "loading: no state of rest under the dead load was found: stones 65, 66 go down unless wedged",
-    "the path was not followed to its end: state closed by smoothed conditions; the wall was loaded in large "
-    "displacements only, for the number of blocks",
+    "the path was not followed to its end: state closed by smoothed conditions; the wall was not loaded in small "
+    "displacements, for the number of blocks",
+    "the path was not followed to its end: state closed by two programs from the mechanism at its last rest; at rest "
+    "up to 0.4047, no rest found at 0.4497",
     "the path was not followed to its end: state closed by two programs from the mechanism at its last rest; at rest "
     "up to 0.4047",
-    "the path was not followed to its end: state closed by the paper's sequence; the wall was not loaded, for the "
-    "number of blocks",
+    "the path was not followed to its end: state closed by the paper's sequence; at rest up to 0.4047",
     "loading: at rest up to 0.4047, but no limit state was closed there: the headline is that rest",
     "loading: at rest up to 0.4047 and not at 0.4497, but no limit state was closed there",
-    "given up for the number of blocks: between that rest and the bound nothing is known",
-    "given up for the number of blocks: between that rest and 0.4497 nothing is known",
+    "given up after so many steps: between that rest and the bound nothing is known",
+    "given up after so many steps: between that rest and 0.4497 nothing is known",
     "the paper's sequence left out for so many blocks, more than 500",
     "the paper's sequence found no state: what it settled on would have to be held, at λ = -0.008165",
     "the paper's sequence found no state: sequence of Eq. (2): linear program not solved in 12 iterations",
