@@ -53,8 +53,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
         return f"{rest}{elsewhere}{_lower_when_moved(analysis, _lowest(analysis))}"
     if state is analysis.associative:
-        known = counts.replace("counts", NO_CAPACITY)
-        return f"{known}{shear}an upper bound only, as no state with friction that does not dilate was found."
+        why = "an upper bound only, as no state with friction that does not dilate was found."
+        return f"{_no_capacity(counts)}{shear}{why}"
     low, high = _lowest(analysis), (analysis.non_associative_range or (multiplier, multiplier))[1]
     left = " of what is left" * bool(analysis.local_failures)
     moved = _lower_when_moved(analysis, low)
@@ -62,6 +62,11 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     return (
         f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=safest)}{moved}{_up_to(analysis)}"
     )
+
+
+def _no_capacity(counts: str) -> str:
+    """Return what is said first of a bound in the place of what counts."""
+    return counts.replace("if it does, ", "").replace("counts", NO_CAPACITY)
 
 
 def _is_followed_in_part(analysis: LimitAnalysis) -> bool:
@@ -120,7 +125,7 @@ def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
     if analysis.range is None:
         done = "looked for" if analysis.looked_for == "none" else "found"
         why = f"an upper bound only, as no state with friction that does not dilate was {done}."
-        counts = counts.replace("counts", NO_CAPACITY)
+        counts = _no_capacity(counts)
     else:
         why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
     return [f"{counts}{why}", *_with_other_torsion(analysis)]

@@ -291,7 +291,7 @@ def test_a_block_that_only_a_prestress_holds_leaves_open_whether_it_stands(tmp_p
     assert cli.main(["limit", str(path), *settings, "--output", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out
     assert "loading: no state of rest under the dead load was found: stone 3 goes down unless wedged" in printed
-    assert "Whether it stands is open; if it does, λ = " in printed
+    assert "Whether it stands is open; " in printed
     assert "stands under its own weight" not in printed
     assert json.loads((tmp_path / "out" / "limit_analysis.json").read_text())["going_down"] == [3]
     assert cli.main(["check", str(path), *settings, "--output", str(tmp_path / "out")]) == 0
@@ -300,7 +300,7 @@ def test_a_block_that_only_a_prestress_holds_leaves_open_whether_it_stands(tmp_p
     blocks = [{key: row[key] for key in row if key not in ("thickness", "offset")} for row in LINTEL]
     plane.write_text(json.dumps(rows | {"blocks": blocks}))
     assert cli.main(["limit", str(plane), "--output", str(tmp_path / "plane")]) == 0
-    assert "Whether it stands is open; if it does, λ = " in capsys.readouterr().out
+    assert "Whether it stands is open; " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

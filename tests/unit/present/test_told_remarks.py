@@ -234,6 +234,8 @@ ON_PAGES = [
     "that does not dilate; it reaches the associative upper bound, and no lower one was looked for.",
     "λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as no state with friction "
     "that does not dilate was found.",
+    "Whether it stands is open; λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as "
+    "no state with friction that does not dilate was looked for.",
     "λ = 0.20000 is no capacity (associative): base shear 3.200 kN, an upper bound only, as no state with friction "
     "that does not dilate was looked for.",
     "Joints that twist as under uniform pressure reach no more than λ = 0.1000, which is lower: how they twist "
