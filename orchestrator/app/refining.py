@@ -29,7 +29,15 @@ from orchestrator.basis.parallel import on_root
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, stones_of
-from orchestrator.macroblocks.refinement import Borne, alike, finer, is_enough, off_limit_analysis, remarked
+from orchestrator.macroblocks.refinement import (
+    Borne,
+    alike,
+    finer,
+    is_enough,
+    more_bodies,
+    off_limit_analysis,
+    remarked,
+)
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import idle_ties
 from orchestrator.masonry.wall import Wall
@@ -70,7 +78,8 @@ def push_and_refine(
 
     def suffices(multiplier: float) -> bool:
         """Whether those that are pushed now may be the last: not if they bear more than rigid blocks do."""
-        return next_one.count == stones or off_limit_analysis(analysis, multiplier) <= alike(margin)
+        last = more_bodies(next_one.count, stones) is None
+        return last or off_limit_analysis(analysis, multiplier) <= alike(margin)
 
     next_one = partition
     while True:

@@ -12,11 +12,11 @@ row, once they are more than FEW, unless that is more than rigid blocks bear: bo
 (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136). Nor where it is FAR_BELOW what rigid blocks on springs as
 soft as the stones bear in large displacements: bodies may be in another state, the same one however many they are (6,
 12 and 24 of 47 stones of rubble 0.207, as a column at their edge leans away, and every stone 0.363). At last it ends
-with every stone, which are next where twice as many would be more than half of them. A curve that is not
-valid counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of
-rigid blocks there, where it was passed, else the headline, down to what is left of it as stones give way at edges;
-never an interval of states, between whose ends any number of bodies may bear something. Bodies that supports hold, once
-they have moved, have no peak, and there is nothing to agree with.
+with every stone, which are next where twice as many would be more than half of them, or before more than MOST bodies. A
+curve that is not valid counts as no agreement. What is to be agreed with is what is like the curve: in large
+displacements the peak of rigid blocks there, where it was passed, else the headline, down to what is left of it as
+stones give way at edges; never an interval of states, between whose ends any number of bodies may bear something.
+Bodies that supports hold, once they have moved, have no peak, and there is nothing to agree with.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ FEW = 0.2
 """bodies over stones up to which it is tried whether twice as many bear the same, which cost little, and up to which it
 says nothing against limit analysis that they do"""
 
+MOST = 200
+"""bodies that are pushed at most in the place of fewer: more take minutes, and every stone is there to be asked for"""
 
 FAR_BELOW = 0.05
 """part by which bodies may bear less than rigid blocks in large displacements for the same twice in a row to count"""
@@ -66,12 +68,17 @@ class Borne:
         return f"{self.bodies} bear {as_lambda(self.multiplier)}{'' if self.is_valid else ' (not valid)'}"
 
 
+def more_bodies(bodies: int, stones: int) -> int | None:
+    """Return how many bodies are pushed after so many: twice as many, or every stone where these are more than half of
+    all stones, which save little; None where they are that, or more than MOST."""
+    count = 2 * bodies if 4 * bodies <= stones else stones
+    return None if count == bodies or count > MOST else count
+
+
 def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
-    """Return twice as many bodies, each a part of one of `partition`, or every stone where these are more than half of
-    all stones, which save little; None where they are that."""
-    stones = stones_of(assemblage)
-    count = 2 * partition.count if 4 * partition.count <= stones else stones
-    if count == partition.count:
+    """Return more bodies (`more_bodies`), each a part of one of `partition`; None where there are no more."""
+    count = more_bodies(partition.count, stones_of(assemblage))
+    if count is None:
         return None
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
     groups = hierarchy(assemblage, mechanisms, partition.body_of_block)[::-1]  # from these bodies to every stone

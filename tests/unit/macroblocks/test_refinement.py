@@ -14,7 +14,7 @@ from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import ELSEWHERE
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of, stones_of
-from orchestrator.macroblocks.refinement import HELD, Borne, finer, is_enough, remarked
+from orchestrator.macroblocks.refinement import HELD, Borne, finer, is_enough, more_bodies, remarked
 from tests.support.walls import of_file
 
 MARGIN = 0.01
@@ -48,6 +48,23 @@ def test_in_the_end_every_stone_is_a_body_and_before_it_at_most_half_as_many(wal
         counts.append(partition.count)
     assert counts == [1, 2, 4, 8, 16, stones.count]
     assert len(set(partition.body_of_block)) == len(set(stones.body_of_block))
+
+
+@pytest.mark.parametrize(
+    ("bodies", "stones", "more"),
+    [
+        (25, 100, 50),
+        (26, 100, 100),
+        (60, 171, 171),
+        (171, 171, None),
+        (52, 531, 104),
+        (100, 531, 200),
+        (104, 531, None),
+    ],
+)
+def test_many_bodies_of_a_large_wall_are_not_divided_any_more(bodies, stones, more):
+    """More than 200 take as long as every stone does, which is pushed where that is asked for."""
+    assert more_bodies(bodies, stones) == more
 
 
 def test_two_bodies_of_a_mechanism_of_two_are_these():
