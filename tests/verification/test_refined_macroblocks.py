@@ -134,8 +134,9 @@ def test_a_run_has_the_bodies_that_bear_what_the_stones_bear_and_can_be_resumed(
     assert not outcome.complaints
     stored = read_run(tmp_path)
     assert stored.partition.count == pushover.bodies == outcome.summary.macroblocks.count
-    assert 8 < pushover.bodies < outcome.summary.wall.blocks, (
-        "16 or 32, by the processor: 16 bear 1.5 % more than 32 on one"
+    every_stone = outcome.summary.wall.blocks
+    assert pushover.bodies in (16, every_stone), (
+        "by the processor: 16 bear 1.5 % more than 32 on one, which are too many"
     )
     again = driver.run(case, tmp_path, True, None, lambda event: None)
     assert again.summary.macroblocks.count == pushover.bodies, "a run that is finished keeps its macroblocks"
