@@ -226,11 +226,9 @@ def answer_of(met: Loaded | None) -> LimitState | None:
 
 def last_rest_of(met: Loaded | None) -> float | None:
     """Return the last load at which a wall was found at rest, None where it was not loaded."""
-    if met is None or (met.is_unloaded and met.pushed is None):
-        return None
-    if met.pushed is not None and (met.is_unloaded or met.geometry_decides):
+    if met is not None and met.pushed is not None and (met.is_unloaded or met.geometry_decides):
         return met.pushed.peak
-    return met.path.last_rest
+    return None if met is None or met.is_unloaded else met.path.last_rest
 
 
 def curve_of(met: Loaded | None) -> FloatArray | None:
