@@ -97,8 +97,9 @@ def test_one_block_rests_up_to_its_state_on_this_road_too(width, height, expecte
     """min(mu, b/h); a block that rocks on springs loses a little of it as it turns."""
     block = assemblage_of([box(-3, -1, 6, 1), box(0, 0, width, height)])
     found = analyse(block, LimitAnalysisSettings(path_blocks=0))
-    assert found.drawn or found.headline.flow_rule == "smoothed"
-    assert (found.drawn or found.headline).load_multiplier == pytest.approx(expected, rel=1e-6)
+    state = found.drawn or found.headline
+    assert state.flow_rule == "smoothed"
+    assert state.load_multiplier == pytest.approx(expected, rel=1e-6)
     assert found.last_rest == pytest.approx(expected, rel=2e-3)
     assert found.rigid_peak is not None, "it is passed"
 
@@ -109,6 +110,18 @@ def test_very_many_blocks_are_pushed_too():
     found = analyse(cubes, LimitAnalysisSettings(search_blocks=1, sequence_blocks=1, path_blocks=0))
     assert found.headline.load_multiplier == pytest.approx(0.65, rel=1e-6)
     assert found.last_rest == pytest.approx(0.65, rel=1e-6)
+
+
+@pytest.mark.parametrize("slender", [(0.2, 0.22, 0.24, 0.26, 0.28, 0.3), (0.25, 0.251, 0.252, 0.253, 0.254)])
+def test_pinnacles_fall_one_by_one_on_this_road_too(slender):
+    """Blocks of 3 to 4 % of the weight overturn at b/h, more than 5 % of it in all, and the wall at 1.9/3."""
+    blocks = [box(3 * k, 0, ratio, 1) for k, ratio in enumerate(slender)]
+    wall = assemblage_of([box(-3, -1, 60, 1), *blocks, box(3 * len(slender), 0, 1.9, 3)])
+    found = analyse(wall, LimitAnalysisSettings(path_blocks=0))
+    assert (found.drawn or found.headline).flow_rule == "smoothed"
+    assert found.headline.load_multiplier == pytest.approx(1.9 / 3, rel=2e-3)
+    fell = [failure.multipliers[1] for failure in found.local_failures]
+    assert fell == pytest.approx(slender, rel=1e-3)
 
 
 def side_by_side(wall, count):

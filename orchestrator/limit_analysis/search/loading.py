@@ -307,7 +307,7 @@ def peeled(
         if high > (1.0 + MISSED) * bound:
             state, low, high = of_whole(part.bound(optimum), whole, left), bound, bound
         moving, share, gone = moving_share(problem, loads, state, left)
-        rested = gone if path.forces and path.last_rest > under else rested
+        rested = gone if path.last_rest > under else rested
         is_known = state.converged or not state.load_multiplier
         if not is_known or not is_local(gone + share - rested, rested, local_share):
             return found

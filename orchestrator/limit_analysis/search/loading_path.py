@@ -52,7 +52,7 @@ class LoadPath:
 
     multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
     one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them, none of a wall that
-    was not loaded, whose last multiplier is that of its state. `last_rest` is the last of these; `state` what is met
+    was not loaded, whose state stands for its last rest. `last_rest` is the last of these; `state` what is met
     there, `converged` where the check passes, else the last rest with the mechanism that fits best, of a wall that
     rests under no live load its motion.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do. not_at_rest: the load just
