@@ -53,7 +53,8 @@ MOST_IN_ALL = 12_000
 class Moved:
     """Where a motion has led: position, last change of displacements (3m,), multiplier, flow error, whether at rest.
 
-    state: the limit state that it came to, where one was looked for and passes the check.
+    state: the limit state that it came to, where one was looked for and passes the check. taken: the part of the live
+    load that the drag takes, by work, on the last change; the wall bears the rest of it there.
     """
 
     position: Position
@@ -62,6 +63,12 @@ class Moved:
     flow: float
     rests: bool
     state: LimitState | None = None
+    taken: float = 0.0
+
+    @property
+    def borne(self) -> float:
+        """The multiplier that the wall bears where it is."""
+        return (1.0 - self.taken) * self.multiplier
 
 
 class Overdamped:
@@ -110,8 +117,8 @@ class Overdamped:
         """
         start, end = position, min(self.spent + budget, self.most)
         change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
-        slower = False
-        while self.spent < end and drag < MOST_DRAG:
+        slower, taken, fell = False, 0.0, np.inf
+        while self.spent < min(end, fell + REST_BUDGET) and drag < MOST_DRAG:
             drag *= self.times_too_long(velocity / drag)
             found = self.step(position, Task(multiplier, drag), velocity / drag)
             if not found.found:
@@ -123,13 +130,26 @@ class Overdamped:
             position, velocity = found.position, drag * change
             if np.abs(velocity).max() < REST:
                 return Moved(position, change, multiplier, flow, True)
+            taken = self.taken(velocity, change, multiplier)
+            fell = min(fell, self.spent) if self.has_fallen(taken) else np.inf
             if np.abs(change).max() > FALLEN:
                 break
             if self.is_lost(start, position, change, multiplier, flow):
                 break
             drag *= 1.0 if slower else next((factor for most, factor in FASTER if found.effort <= most), 1.2)
             slower = False
-        return Moved(position, change, multiplier, flow, False)
+        return Moved(position, change, multiplier, flow, False, taken=taken)
+
+    def taken(self, drag_force: FloatArray, change: FloatArray, multiplier: float) -> float:
+        """Return the part of the live load that a drag's force (3m,) takes on a change of displacements (3m,), by work;
+        0 where the live load does none."""
+        live_work = multiplier * float(self.live @ change)
+        return float(drag_force @ change) / live_work if live_work > 0.0 else 0.0
+
+    def has_fallen(self, taken: float) -> bool:
+        """Whether a wall that moves bears so much less, where it is, that if it goes on bearing less it is followed for
+        REST_BUDGET factorisations only."""
+        return False
 
     def times_too_long(self, change: FloatArray) -> float:
         """Return how many times longer a change of displacements (3m,) is than a step may be, at least 1."""

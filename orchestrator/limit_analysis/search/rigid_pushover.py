@@ -120,9 +120,13 @@ class DisplacedWallSearch(StateSearch):
         far = FAR if here.multiplier < (1.0 - PAST) * peak.multiplier else self.far
         return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= far
 
+    def has_fallen(self, taken: float) -> bool:
+        """Whether a wall that moves under a load bears less than it by PAST."""
+        return taken > PAST
+
     def is_past(self, peak: Moved, here: Moved) -> bool:
-        """Whether the load has fallen by PAST since the peak, or blocks have moved far."""
-        return here.multiplier < (1.0 - PAST) * peak.multiplier or self.since(peak, here) > self.far
+        """Whether what the wall bears has fallen by PAST since the peak, or blocks have moved far."""
+        return here.borne < (1.0 - PAST) * peak.multiplier or self.since(peak, here) > self.far
 
     def budget_held(self, peak: Moved, last: Moved) -> int:
         """Factorisations for the load held above a peak: all that are left where the curve has not shown a fall."""
