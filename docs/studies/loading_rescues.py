@@ -103,7 +103,9 @@ WITHOUT: dict[str, Callable[[], None]] = {
     "drag falls less after a harder step": _set(overdamped, FASTER=overdamped.FASTER[:1]),
     "motions are left once they are a mechanism's": _set(overdamped, FARTHER=np.inf),
     "motions are left a thousand times as far": _set(overdamped, LOST=np.inf),
-    "forces that go on": _set(rigid_pushover, going_on=lambda _wall, _before, task, expected: (expected, task.multiplier)),
+    "forces that go on": _set(
+        rigid_pushover, going_on=lambda _wall, _before, task, expected: (expected, task.multiplier)
+    ),
     "no motion against what drives it": _set(rigid_pushover.DisplacedWallSearch, goes_back=lambda *_: False),
     "all that is left for the last load held": _set(
         rigid_pushover.DisplacedWallSearch, budget_held=lambda *_: overdamped.REST_BUDGET

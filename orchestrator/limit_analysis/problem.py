@@ -68,6 +68,7 @@ class Problem:
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
             dilation=dilation(equilibrium, friction, forces, mechanism),
             horizontal_load=equilibrium.base_shear,
+            live_total=equilibrium.live_total,
         )
 
     def bound(self, optimum: LimitSolution) -> LimitState:

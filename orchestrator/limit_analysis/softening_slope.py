@@ -34,7 +34,7 @@ def softening_slope(assemblage: Assemblage, loads: Loads, state: LimitState) -> 
     """
     equilibrium = assemble_equilibrium(assemblage, loads)
     velocities = state.mechanism.velocities
-    rates = velocities[equilibrium.free_blocks] * state.horizontal_load / (loads.live * velocities).sum()
+    rates = velocities[equilibrium.free_blocks] * state.live_total / (loads.live * velocities).sum()
     motion = (rates * [1.0, 1.0, equilibrium.block_length]).ravel()
     step = DIFFERENCED * equilibrium.block_length / np.abs(motion).max()
     joints = moved_joints(assemblage, equilibrium, np.array([0.0, 1.0]), 1.0)
@@ -44,4 +44,4 @@ def softening_slope(assemblage: Assemblage, loads: Loads, state: LimitState) -> 
     share = np.abs(normal) / np.maximum(np.abs(normal).sum(axis=1, keepdims=True), 1e-300)
     of_joints = (normal * parted[:, :, 0]).sum() + (shear * share * parted[:, :, 1]).sum()
     turned = loads.moments_turned[equilibrium.free_blocks] @ [1.0, state.load_multiplier]
-    return -float(of_joints + turned @ rates[:, 2] ** 2) / state.horizontal_load
+    return -float(of_joints + turned @ rates[:, 2] ** 2) / state.live_total

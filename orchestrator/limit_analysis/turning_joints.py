@@ -75,11 +75,11 @@ def _turning(
     the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on."""
     joints, headline = assemblage.joints, analysis.headline
     velocities = headline.mechanism.velocities
-    power, shear = (analysis.loads.live * velocities).sum(), headline.horizontal_load
-    if min(power, shear) <= 0.0 or (curve := _curve(assemblage, analysis)) is None:
+    power, live = (analysis.loads.live * velocities).sum(), headline.live_total
+    if min(power, live) <= 0.0 or (curve := _curve(assemblage, analysis)) is None:
         return None
     normal = np.maximum(headline.joint_forces[: joints.count, :2], 0.0)
-    force, per_live = normal.sum(axis=1), power / shear
+    force, per_live = normal.sum(axis=1), power / live
     turn = np.abs(velocities[joints.j, 2] - velocities[joints.i, 2]) / per_live  # rad per m of the live load's motion
     soft = compliances(assemblage.wall, joints, analysis.elastic_modulus).sum(axis=1) * joints.length / joints.area
     turns = is_at_end(normal) & (turn * soft > 0.0) & np.isinf(joints.normal_stiffness)
@@ -87,7 +87,7 @@ def _turning(
     pressed = np.zeros((len(moved), joints.count))
     pressed[:, turns] = under_turning(force[turns], soft[turns], moved[:, None] * turn[turns])
     pressed = np.minimum(pressed, joints.length)
-    takes = force * turn * pressed / (3.0 * shear)
+    takes = force * turn * pressed / (3.0 * live)
     left = bears - takes.sum(axis=1)
     most = int(np.argmax(left))
     return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 else None

@@ -8,7 +8,7 @@ import pytest
 from orchestrator import MeshSettings, SteppingSettings, one_body_per_block, push
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
-from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import Arch, arch_on_piers
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -44,6 +44,22 @@ def test_a_column_is_pressed_over_the_length_of_its_closed_form(direction, right
     assert pressed.max() == pytest.approx(expected, rel=0.25), "the curve is known at some displacements"
     turn = expected / (3.0 * HEIGHT)
     assert found.pressed_peak == pytest.approx(0.5 * WIDTH / HEIGHT - 2.0 * turn, rel=0.01)
+
+
+@pytest.mark.parametrize("inclination", [-90.0, -80.0])
+def test_a_stiff_stone_that_a_weight_beyond_its_support_overturns_loses_nothing_at_its_edge(inclination):
+    """A stone of 20 kN with its centroid 0.25 m within the edge, and 1 kN on it 0.5 m beyond the edge, 1.1 m above."""
+    blocks = (
+        Block(0, np.array(box(-0.5, -0.2, 1.0, 0.2)), True, 20e3),
+        Block(1, np.array(box(-0.75, 0.0, 2.0, 1.0)), False, 20e3),
+        Block(2, np.array(box(0.9, 1.0, 0.2, 0.2)), False, 1.0),
+    )
+    assemblage, way = find_joints(Wall("seesaw", blocks, 0.5, 0.9), JointSettings()), np.radians(inclination)
+    load = LoadSettings(inclination=way, distribution="per_block", live=(LiveLoad((2,), force=1e3),))
+    expected = 20.0 * 0.25 / (1.1 * np.cos(way) - 0.5 * np.sin(way))
+    found = analyse(assemblage, ALONE, loads_on(assemblage.wall, load), 1e14)
+    assert found.headline.load_multiplier == pytest.approx(expected, rel=1e-4)
+    assert found.pressed_peak == pytest.approx(expected, rel=0.02)
 
 
 def test_on_mortar_with_a_stiffness_the_curve_has_what_gives_way():

@@ -87,7 +87,7 @@ class LimitState:
     load's power (0 = exact balance); dilation is the largest |opening| at an end of a joint that carries load there,
     relative to the largest displacement (0 for a non-associative state, mu |slip| for an associative one).
     horizontal_load: horizontal resultant in N, at a multiplier of 1, of the live load on the blocks that it is a state
-    of: those that have come loose before bear none.
+    of: those that have come loose before bear none. live_total: sum of the sizes of its forces, N.
     open_ends (k, 2): ends of joints that stand open when this state is met and may close in it, None where all joints
     are as drawn. tie_forces (m,): what ties pull with in N, once they are parted from the joints (`of_first_joints`).
     """
@@ -103,6 +103,7 @@ class LimitState:
     power_residual: float
     dilation: float
     horizontal_load: float
+    live_total: float
     open_ends: BoolArray | None = None
     tie_forces: FloatArray = field(default_factory=lambda: read_only(np.zeros(0)))
 
@@ -160,9 +161,8 @@ class LimitAnalysis:
     displacements, with which the interval ends, or a state of smoothed conditions, which it need not meet.
     going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
     displacements of stones so soft: no multiplier counts then, unless they are wedged. ways_out: how often the path of
-    what is left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag
-    `slower`), taken after all (`elsewhere`), loads `held` above a peak. factorisations: of all loading. wall: which it
-    is of (`fingerprint_of_wall`), "" where that is not known.
+    what is left, and the push, needed which: steps not found (`shorter`, against a drag `slower`), loads `held` above a
+    peak. factorisations: of all loading. wall: which it is of (`fingerprint_of_wall`), "" where that is not known.
     """
 
     loads: Loads

@@ -21,7 +21,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.search.elastic_contact import Position
-from orchestrator.limit_analysis.search.implicit_step import Step, Task
+from orchestrator.limit_analysis.search.implicit_step import Task
 from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, MOTION, REST_BUDGET, Moved, Overdamped
 
 STEPS = 20
@@ -38,13 +38,7 @@ GROWTH = 2.0
 FASTER_GROWTH = 10.0
 """Growth once forces nearly stand still (NEAR)."""
 SHORTER = 0.3
-"""Factor after a step that was not found or not taken."""
-TURNED = 0.3
-"""Part of its change of displacements by which a step longer than the elastic displacement may differ from the step
-before to be taken: where several solutions exist, another path begins there. Where no shorter step leads on it is
-taken: a stone has snapped over."""
-JUMP = 1.5
-"""Change of its load, in load steps, up to which it is taken."""
+"""Factor after a step that was not found."""
 FAILURES = 8
 """Steps in a row that are not found before prescribed displacements are given up."""
 SHORTEST = (1e-2, 1e-3)
@@ -132,33 +126,20 @@ class Pushing(Overdamped):
         """
         here, failures, growth = rest, 0, GROWTH
         advance, met = max(float(self.live @ rest.change), FIRST * self.shortest(rest)), False
-        elsewhere: tuple[Step, float] | None = None
-        while not self.is_over:
-            leads_on = failures < FAILURES and advance > self.shortest(here)
-            if not leads_on and elsewhere is None:
-                return
-            if leads_on:
-                expected = here.change * (advance / float(self.live @ here.change))
-                shorter = self.times_too_long(expected)
-                advance, expected = advance / shorter, expected / shorter
-                found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
-            elif elsewhere is not None:
-                found, advance = elsewhere
-                self.counts["elsewhere"] += 1
-            change = found.position.displacements - here.position.displacements
-            grown = abs(found.multiplier - here.multiplier)
+        while not self.is_over and failures < FAILURES and advance > self.shortest(here):
+            expected = here.change * (advance / float(self.live @ here.change))
+            shorter = self.times_too_long(expected)
+            advance, expected = advance / shorter, expected / shorter
+            found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
             if not found.found and (met or (here is not rest and self.is_mechanism(here))):
                 return
-            jumps = grown > JUMP * load_step
-            turned = jumps or np.abs(change - expected).max() > TURNED * np.abs(change).max()
-            if leads_on and (not found.found or (turned and advance > self.elastic * here.multiplier)):
-                if found.found and not jumps:
-                    elsewhere = found, advance
-                failures += not found.found
-                self.counts["turned" if found.found else "shorter"] += 1
+            if not found.found:
+                failures += 1
+                self.counts["shorter"] += 1
                 advance, growth = SHORTER * advance, 1.0
                 continue
-            elsewhere = None
+            change = found.position.displacements - here.position.displacements
+            grown = abs(found.multiplier - here.multiplier)
             failures, flow = 0, self.flow(found.position, here.position, found.multiplier * advance)
             here = Moved(found.position, change, found.multiplier, flow, True)
             if flow < CLOSE:

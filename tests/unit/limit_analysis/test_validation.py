@@ -46,6 +46,7 @@ def sliding():
         power_residual=0.0,
         dilation=0.0,
         horizontal_load=WEIGHT,
+        live_total=WEIGHT,
     )
     return assemblage, equilibrium, coulomb(assemblage), state
 
