@@ -12,7 +12,6 @@ from time import perf_counter
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
 from orchestrator.basis.printed import as_lambda, counted
@@ -198,7 +197,7 @@ def answered(
         interval=met.spread if met else None,
         associative_left=bound_left(problem, met),
         elastic_modulus=problem.elastic_modulus,
-        rigid_curve=curve_of(met),
+        rigid_curve=met.pushed.curve if met and met.pushed else None,
         rigid_peak=met.pushed.peak if met and met.pushed and met.pushed.is_past else None,
         ways_out=ways_out_of(met),
         drawn=known.drawn if met and met.geometry_decides else None,
@@ -229,13 +228,6 @@ def last_rest_of(met: Loaded | None) -> float | None:
     if met is not None and met.pushed is not None and (met.is_unloaded or met.geometry_decides):
         return met.pushed.peak
     return None if met is None or met.is_unloaded else met.path.last_rest
-
-
-def curve_of(met: Loaded | None) -> FloatArray | None:
-    """Return displacement in m and multiplier (s, 2) of rigid blocks in large displacements, None if not pushed."""
-    if met is None or met.pushed is None:
-        return None
-    return read_only(np.column_stack([met.pushed.displacement, met.pushed.multiplier]))
 
 
 def ways_out_of(met: Loaded | None) -> dict[str, int]:

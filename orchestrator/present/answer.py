@@ -47,7 +47,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         of_what = ""
         if analysis.geometry_decides:
             least = "" if analysis.rigid_peak is not None else "at least "
-            why = "In" if analysis.drawn and analysis.drawn.flow_rule == "smoothed" else "Geometry decides: in"
+            is_loaded = analysis.drawn is None or analysis.drawn.flow_rule != "smoothed"
+            why = "Geometry decides: in" if is_loaded and analysis.is_far_at_peak else "In"
             rest = f"{why} large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
             of_what = " in small displacements"
         elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"

@@ -31,6 +31,8 @@ NAMES: dict[FlowRule, str] = {
     "unloaded": "collapse state found without loading",
 }
 """What a state is, by how it was found: the words of terminal, pictures and pages."""
+SOFT = 10.0
+"""Displacement over the elastic one from which on a wall is called soft, and geometry may decide."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,6 +135,14 @@ class LocalFailure:
     state: LimitState
 
 
+def is_far_at_peak(curve: FloatArray) -> bool:
+    """Return whether a wall has moved further than SOFT times its elastic displacement at the peak of a curve (s, 2) of
+    displacements and multipliers: the first row is that under the dead load, the second elastic."""
+    moved, multiplier = curve.T
+    top = int(multiplier.argmax())
+    return bool(moved[top] * multiplier[1] > SOFT * moved[1] * multiplier[top])
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class LimitAnalysis:
     """All answers for one direction of the load: associative always; the others or why there is none.
@@ -218,6 +228,11 @@ class LimitAnalysis:
     def geometry_decides(self) -> bool:
         """Whether the headline is the peak in large displacements, and no limit state of the wall as drawn."""
         return self.path is not None and self.path.flow_rule == "large_displacements"
+
+    @property
+    def is_far_at_peak(self) -> bool:
+        """Whether the wall has moved far at that peak, and not as much as its joints give way elastically."""
+        return self.rigid_curve is not None and is_far_at_peak(self.rigid_curve)
 
     @property
     def headline(self) -> LimitState:

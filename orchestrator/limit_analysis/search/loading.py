@@ -24,7 +24,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum
-from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure
+from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure, is_far_at_peak
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.problem import Problem
@@ -239,8 +239,9 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
 
     Where no limit state was closed it is that from ANOTHER_PEAK on, passed or not: what is known then is up to which
     load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed. Above,
-    it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry. A wall
-    that was not loaded in small displacements has no such state: its peak counts from SAME_ANSWER on.
+    it must lie off what the same springs bear in small displacements, too, and blocks must have moved farther than
+    joints give way: else the joints differ, not the geometry. A wall that was not loaded in small displacements has no
+    such state: its peak counts from SAME_ANSWER on.
     """
     if not found.closed:
         return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier
@@ -248,7 +249,8 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
         off = pushed.peak / found.multiplier - 1.0
         return off > SAME_ANSWER or (pushed.is_past and off < -SAME_ANSWER)
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
-    return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
+    above = pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
+    return below or (above and is_far_at_peak(pushed.curve))
 
 
 def road(stiffness: Stiffness) -> Road:

@@ -20,7 +20,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.paper.limit_state import SOFT, LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import (
@@ -42,8 +42,6 @@ GOES_DOWN = 0.1
 """Part of the speed of the fastest block above which a block goes down under the dead load."""
 LETS_GO = 0.2
 """Part of the load held by which a state may lie below it that a wall moves to from there."""
-SOFT = 10.0
-"""Displacement over the elastic one from which on a wall is called soft."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -64,6 +64,11 @@ class RigidPushover:
         """The largest multiplier."""
         return float(self.multiplier.max())
 
+    @property
+    def curve(self) -> FloatArray:
+        """Displacement in m and multiplier (s, 2)."""
+        return read_only(np.column_stack([self.displacement, self.multiplier]))
+
 
 class DisplacedWallSearch(StateSearch):
     """A wall whose joints and loads move with its blocks."""

@@ -55,6 +55,10 @@ ON_PAGES = [
     "the paper's sequence found no state: what it settled on would have to be held, at λ = -0.008165",
     "the paper's sequence found no state: sequence of Eq. (2): linear program not solved in 12 iterations",
     "geometry decides: rigid blocks in large displacements bear 0.2776, in small ones 0.3200",
+    "rigid blocks in large displacements bear at least 0.0271, in small ones 0.0272",
+    "rigid blocks in large displacements bear 0.0271, in small ones 0.0272",
+    "at rest up to 0.1911; once it moves it carries 0.0376",
+    "at rest up to 0.0271; once it moves it carries no live load",
     "rigid blocks in large displacements bear 0.2984; a state in small ones, closed by smoothed conditions without "
     "loading, has 0.3079",
     "rigid blocks in large displacements bear at least 0.3200; a state in small ones, closed by smoothed conditions "
