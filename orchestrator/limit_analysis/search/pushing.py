@@ -35,12 +35,8 @@ DROP = 0.2
 """Part of its peak by which a load has fallen where prescribed displacements end."""
 GROWTH = 2.0
 """Growth of the displacement prescribed after each step, at most."""
-FASTER_GROWTH = 10.0
-"""Growth once forces nearly stand still (NEAR)."""
 SHORTER = 0.3
 """Factor after a step that was not found."""
-FAILURES = 8
-"""Steps in a row that are not found before prescribed displacements are given up."""
 SHORTEST = (1e-2, 1e-3)
 """Parts of the elastic displacement and of all displacement so far below which a step leads nowhere: the wall snaps
 back."""
@@ -50,8 +46,6 @@ SHARP = 1e-8
 """Flow error of a limit state that is sharp enough."""
 CLOSE = 1e-5
 """Flow error of a motion that is worth checking."""
-NEAR = 1e-4
-"""Flow error of a motion that is soon worth it."""
 FARTHEST = 1e5
 """Displacement over the elastic one from which on a mechanism is not followed any further."""
 
@@ -124,9 +118,9 @@ class Pushing(Overdamped):
 
         rest: its `change` says which way, and how far at first. load_step: by which the load is to change at most.
         """
-        here, failures, growth = rest, 0, GROWTH
+        here, growth = rest, GROWTH
         advance, met = max(float(self.live @ rest.change), FIRST * self.shortest(rest)), False
-        while not self.is_over and failures < FAILURES and advance > self.shortest(here):
+        while not self.is_over and advance > self.shortest(here):
             expected = here.change * (advance / float(self.live @ here.change))
             shorter = self.times_too_long(expected)
             advance, expected = advance / shorter, expected / shorter
@@ -134,20 +128,18 @@ class Pushing(Overdamped):
             if not found.found and (met or (here is not rest and self.is_mechanism(here))):
                 return
             if not found.found:
-                failures += 1
                 self.counts["shorter"] += 1
                 advance, growth = SHORTER * advance, 1.0
                 continue
             change = found.position.displacements - here.position.displacements
             grown = abs(found.multiplier - here.multiplier)
-            failures, flow = 0, self.flow(found.position, here.position, found.multiplier * advance)
+            flow = self.flow(found.position, here.position, found.multiplier * advance)
             here = Moved(found.position, change, found.multiplier, flow, True)
             if flow < CLOSE:
                 here = replace(here, state=self.checked(here.position, change, here.multiplier))
                 met = met or here.state is not None
             yield here
-            at_rest = self.is_mechanism(here) and flow < NEAR and growth > 1.0
-            advance *= FASTER_GROWTH if at_rest else min(growth, load_step / max(grown, 1e-3 * load_step))
+            advance *= min(growth, load_step / max(grown, 1e-3 * load_step))
             growth = GROWTH
 
     def first_rest(self, stands: Moved, load_step: float) -> Moved:
