@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from orchestrator.basis.printed import as_lambda, as_place, percent_of
-from orchestrator.limit_analysis.paper.limit_state import LimitState, is_far_at_peak
+from orchestrator.limit_analysis.paper.limit_state import LimitState, is_of_geometry
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.loading import Loaded, has_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath
@@ -126,7 +126,7 @@ def answer_words(met: Loaded) -> Iterator[str]:
         least = "" if met.pushed is not None and met.pushed.is_past else "at least "
         blocks = f"rigid blocks in large displacements bear {least}{as_lambda(bears)}"
         if not met.is_unloaded:
-            why = "geometry decides: " if moves_far(met) else ""
+            why = "geometry decides: " if geometry_shows(met) else ""
             yield f"{why}{blocks}, in small ones {as_lambda(drawn)}"
         else:
             closed = "a state in small ones, closed by smoothed conditions without loading"
@@ -149,7 +149,7 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
     rest, state = met.path.last_rest, met.state
     if state is None:
         return
-    if met.pushed is not None and met.geometry_decides and not moves_far(met):
+    if met.pushed is not None and met.geometry_decides and not geometry_shows(met):
         carried = float(met.pushed.multiplier[int(met.pushed.multiplier.argmax()) :].min())
         if carried < (1.0 - RELEASE) * met.multiplier:
             carries = as_lambda(carried) if carried > 0.0 else "no live load"
@@ -173,7 +173,7 @@ def geometry_words(met: Loaded) -> Iterator[str]:
         most = "bear at most" if met.pushed.is_past else "bear at least"
         yield f"in large displacements rigid blocks {most} {as_lambda(met.pushed.peak)}"
     modulus = modulus_of(met)
-    if met.geometry_decides and (met.is_unloaded or moves_far(met)):
+    if met.geometry_decides and (met.is_unloaded or geometry_shows(met)):
         yield f"the peak in large displacements depends on the elastic modulus of the stones, here {modulus}"
         if met.multiplier < drawn_of(met) and not met.is_unloaded:
             lost = percent_of(1.0 - met.multiplier / drawn_of(met))
@@ -185,9 +185,9 @@ def geometry_words(met: Loaded) -> Iterator[str]:
         yield f"in large displacements no rest under a live load was found, with an elastic modulus of {modulus}"
 
 
-def moves_far(met: Loaded) -> bool:
-    """Whether blocks have moved farther than joints give way where the wall bears most in large displacements."""
-    return met.pushed is not None and is_far_at_peak(met.pushed.curve)
+def geometry_shows(met: Loaded) -> bool:
+    """Whether geometry makes the peak in large displacements, and not the joints alone."""
+    return met.pushed is not None and is_of_geometry(met.pushed.curve, drawn_of(met))
 
 
 def drawn_of(met: Loaded) -> float:

@@ -48,7 +48,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         if analysis.geometry_decides:
             least = "" if analysis.rigid_peak is not None else "at least "
             is_loaded = analysis.drawn is None or analysis.drawn.flow_rule != "smoothed"
-            why = "Geometry decides: in" if is_loaded and analysis.is_far_at_peak else "In"
+            why = "Geometry decides: in" if is_loaded and analysis.is_of_geometry else "In"
             rest = f"{why} large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
             of_what = " in small displacements"
         elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"

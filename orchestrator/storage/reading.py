@@ -24,7 +24,7 @@ ARRAYS = {
     "direction": "direction",
     "rigid_curve": "rigid_curve",
 }
-SUMS = ("weight", "vertical_load", "horizontal_load")
+SUMS = ("weight", "vertical_load", "horizontal_load", "live_total")
 STORED_AS = {name: f"{name}_N" for name in SUMS} | {"elastic_modulus": "elastic_modulus_Pa"} | ARRAYS
 """keys of limit_analysis.json by the fields whose names they are not"""
 

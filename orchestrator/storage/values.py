@@ -178,6 +178,7 @@ def _state_record(state: LimitState) -> dict[str, Any]:
         "power_residual": state.power_residual,
         "dilation": state.dilation,
         "horizontal_load_N": state.horizontal_load,
+        "live_total_N": state.live_total,
         "records": [asdict(record) for record in state.records],
         "joint_forces_N": state.joint_forces,
         "tie_forces_N": state.tie_forces,

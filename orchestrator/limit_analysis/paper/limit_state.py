@@ -33,6 +33,8 @@ NAMES: dict[FlowRule, str] = {
 """What a state is, by how it was found: the words of terminal, pictures and pages."""
 SOFT = 10.0
 """Displacement over the elastic one from which on a wall is called soft, and geometry may decide."""
+LESS = 0.01
+"""Part of the multiplier in small displacements by which a peak in large ones lies below it for geometry to show."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,12 +137,14 @@ class LocalFailure:
     state: LimitState
 
 
-def is_far_at_peak(curve: FloatArray) -> bool:
-    """Return whether a wall has moved further than SOFT times its elastic displacement at the peak of a curve (s, 2) of
-    displacements and multipliers: the first row is that under the dead load, the second elastic."""
+def is_of_geometry(curve: FloatArray, drawn: float) -> bool:
+    """Return whether geometry makes the peak of a curve (s, 2) of displacements and multipliers, and not the joints
+    alone: it lies LESS below the multiplier `drawn` in small displacements, or the wall has moved further there than
+    SOFT times its elastic displacement. The first row is that under the dead load, the second elastic."""
     moved, multiplier = curve.T
     top = int(multiplier.argmax())
-    return bool(moved[top] * multiplier[1] > SOFT * moved[1] * multiplier[top])
+    is_far = moved[top] * multiplier[1] > SOFT * moved[1] * multiplier[top]
+    return bool(is_far or multiplier[top] < (1.0 - LESS) * drawn)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -171,8 +175,9 @@ class LimitAnalysis:
     displacements, with which the interval ends, or a state of smoothed conditions, which it need not meet.
     going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
     displacements of stones so soft: no multiplier counts then, unless they are wedged. ways_out: how often the path of
-    what is left, and the push, needed which: steps not found (`shorter`, against a drag `slower`), loads `held` above a
-    peak. factorisations: of all loading. wall: which it is of (`fingerprint_of_wall`), "" where that is not known.
+    what is left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag
+    `slower`), taken after all (`elsewhere`), loads `held` above a peak. factorisations: of all loading. wall: which it
+    is of (`fingerprint_of_wall`), "" where that is not known.
     """
 
     loads: Loads
@@ -230,9 +235,10 @@ class LimitAnalysis:
         return self.path is not None and self.path.flow_rule == "large_displacements"
 
     @property
-    def is_far_at_peak(self) -> bool:
-        """Whether the wall has moved far at that peak, and not as much as its joints give way elastically."""
-        return self.rigid_curve is not None and is_far_at_peak(self.rigid_curve)
+    def is_of_geometry(self) -> bool:
+        """Whether it is geometry that makes this peak, and not the joints alone."""
+        drawn = 0.0 if self.drawn is None else self.drawn.load_multiplier
+        return self.rigid_curve is not None and is_of_geometry(self.rigid_curve, drawn)
 
     @property
     def headline(self) -> LimitState:

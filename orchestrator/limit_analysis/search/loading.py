@@ -24,7 +24,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum
-from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure, is_far_at_peak
+from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure, is_of_geometry
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.problem import Problem
@@ -250,7 +250,7 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
         return off > SAME_ANSWER or (pushed.is_past and off < -SAME_ANSWER)
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
     above = pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
-    return below or (above and is_far_at_peak(pushed.curve))
+    return below or (above and is_of_geometry(pushed.curve, found.multiplier))
 
 
 def road(stiffness: Stiffness) -> Road:

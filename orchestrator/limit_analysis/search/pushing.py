@@ -21,7 +21,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.search.elastic_contact import Position
-from orchestrator.limit_analysis.search.implicit_step import Task
+from orchestrator.limit_analysis.search.implicit_step import Step, Task
 from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, MOTION, REST_BUDGET, Moved, Overdamped
 
 STEPS = 20
@@ -36,7 +36,11 @@ DROP = 0.2
 GROWTH = 2.0
 """Growth of the displacement prescribed after each step, at most."""
 SHORTER = 0.3
-"""Factor after a step that was not found."""
+"""Factor after a step that was not found or not taken."""
+TURNED = 0.3
+"""Part of its change of displacements by which a step longer than the elastic displacement may differ from the step
+before to be taken: where several solutions exist, another path begins there. Where no shorter step leads on it is
+taken: a stone has snapped over."""
 SHORTEST = (1e-2, 1e-3)
 """Parts of the elastic displacement and of all displacement so far below which a step leads nowhere: the wall snaps
 back."""
@@ -120,19 +124,29 @@ class Pushing(Overdamped):
         """
         here, growth = rest, GROWTH
         advance, met = max(float(self.live @ rest.change), FIRST * self.shortest(rest)), False
-        while not self.is_over and advance > self.shortest(here):
-            expected = here.change * (advance / float(self.live @ here.change))
-            shorter = self.times_too_long(expected)
-            advance, expected = advance / shorter, expected / shorter
-            found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
-            if not found.found and (met or (here is not rest and self.is_mechanism(here))):
+        elsewhere: tuple[Step, float] | None = None
+        while not self.is_over:
+            if advance > self.shortest(here):
+                expected = here.change * (advance / float(self.live @ here.change))
+                shorter = self.times_too_long(expected)
+                advance, expected = advance / shorter, expected / shorter
+                found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
+                if not found.found and (met or (here is not rest and self.is_mechanism(here))):
+                    return
+                change = found.position.displacements - here.position.displacements
+                turned = np.abs(change - expected).max() > TURNED * np.abs(change).max()
+                if not found.found or (turned and advance > self.elastic * here.multiplier):
+                    elsewhere = (found, advance) if found.found else elsewhere
+                    self.counts["turned" if found.found else "shorter"] += 1
+                    advance, growth = SHORTER * advance, 1.0
+                    continue
+            elif elsewhere is not None:
+                found, advance = elsewhere
+                change = found.position.displacements - here.position.displacements
+                self.counts["elsewhere"] += 1
+            else:
                 return
-            if not found.found:
-                self.counts["shorter"] += 1
-                advance, growth = SHORTER * advance, 1.0
-                continue
-            change = found.position.displacements - here.position.displacements
-            grown = abs(found.multiplier - here.multiplier)
+            elsewhere, grown = None, abs(found.multiplier - here.multiplier)
             flow = self.flow(found.position, here.position, found.multiplier * advance)
             here = Moved(found.position, change, found.multiplier, flow, True)
             if flow < CLOSE:

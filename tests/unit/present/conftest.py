@@ -22,4 +22,4 @@ def state():
     opening = np.array([[0, 0], [0, 0], [0, 0], [0.5, 1.0], [0, 0.5]])
     forces = np.array([[1, 1, 0], [1, 1, 0], [1, 1, 1], [0, 0, 0], [5, 0, 0]], dtype=float)
     mechanism = Mechanism(velocities, opening, np.array([0, 0, 0.3, 0.4, 0.0]), float(np.hypot(1.0, 0.5)))
-    return LimitState("sequence", 0.2963, forces, mechanism, (), True, 0.0, 0.0, 0.0, 0.0, 1.0)
+    return LimitState("sequence", 0.2963, forces, mechanism, (), True, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)

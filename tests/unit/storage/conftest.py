@@ -38,6 +38,7 @@ def limit_state(rule, multiplier, programs):
         power_residual=3e-12,
         dilation=0.0,
         horizontal_load=3125.0,
+        live_total=3125.0,
     )
 
 
