@@ -71,7 +71,7 @@ def new(options: argparse.Namespace, console: Console) -> int:
     """Write a commented case file; return the exit code."""
     from orchestrator.settings import reference
 
-    name = options.name
+    name = options.name.removesuffix(".toml")
     refuse_what_is_not_utf8(name, "NAME")
     if not name or Path(name).name != name or not name.isprintable():
         raise CaseError("NAME", f"{name!r} is not a name", "give a name without folder, as in new my_wall")

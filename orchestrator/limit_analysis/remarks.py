@@ -32,6 +32,11 @@ NO_PATH = (
     "the headline was found without loading"
 )
 """What is said of walls that are not loaded."""
+BONDED = (
+    "limit analysis takes bonds as plastic, with their strength in all of a joint at once: finite elements, in which "
+    "they break, may bear less (`run`)"
+)
+"""What is said of walls whose joints have cohesion or tension."""
 CLOSED_BY = {
     "smoothed": "smoothed conditions",
     "descent": "two programs from the mechanism at its last rest",
@@ -59,12 +64,15 @@ def points_words(found: tuple[PointInCommon, ...]) -> Iterator[str]:
 
 def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -> tuple[str, ...]:
     """Return in words what loading met that a multiplier does not say; falling: ids of blocks, as of NonAssociative."""
-    if not has_path(problem.friction):
-        return (NO_PATH, *(local_failures_of(met) if met else ()))
+    friction = problem.friction
+    holds = (friction.cohesion > 0.0) | (friction.tension > 0.0)
+    bonded = (BONDED,) if (holds & ~friction.without_shear).any() else ()
+    if not has_path(friction):
+        return (NO_PATH, *(local_failures_of(met) if met else ()), *bonded)
     if met is None:
-        return (no_rest_words(", ".join(map(str, falling)), len(falling)),)
+        return (no_rest_words(", ".join(map(str, falling)), len(falling)), *bonded)
     words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
-    return tuple(said for of in words for said in of(met))
+    return (*(said for of in words for said in of(met)), *bonded)
 
 
 def no_rest_words(stones: str, count: int) -> str:

@@ -33,6 +33,9 @@ OPEN = "Whether it stands is open; if it does, "
 NO_CAPACITY = "is no capacity"
 """what is said in the place of "counts" of a bound"""
 
+FALLEN_ROUNDING = 1e-6
+"""part of the dead load by which what has fallen may differ with how its weight is added up"""
+
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its load, and how sure it is."""
@@ -264,7 +267,12 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
     """Return by how much limit analysis lies off a peak, and what it takes otherwise than these finite elements."""
     limit, in_large = summary.limit_analysis, pushed.displacements == "large"
     moved, (subject, aside) = limit.kind == "peak in large displacements", LIMIT_SUBJECTS[limit.kind]
-    rigid = ["the stones as rigid", *["points in which stones touch as without force"] * limit.meets_in_points]
+    gone = sum(failure.share for failure in limit.local_failures) > pushed.at_peak.fallen + FALLEN_ROUNDING
+    rigid = [
+        "the stones as rigid",
+        *["points in which stones touch as without force"] * limit.meets_in_points,
+        *["some that have not fallen here as come loose"] * gone,
+    ]
     edges = _at_edges(limit, pushed) if in_large and pushed.peak_reached else ""
     if in_large and not moved and pushed.peak_reached and limit.rigid_peak is not None:
         both = _in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)

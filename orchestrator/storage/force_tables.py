@@ -22,7 +22,7 @@ JOINT_FORCE_COLUMNS = (
     "normal_N", "shear_N", "force_on_j_x_N", "force_on_j_y_N", "opening_rate_start", "opening_rate_end", "slip_rate",
 )  # fmt: skip
 SECTION_COLUMNS = ("panel", "section", "x_m", "y_m", "depth_m", "N_N", "V_N", "M_Nm")
-RIGID_CURVE_COLUMNS = ("mean_displacement_m", "load_multiplier", "base_shear_N")
+RIGID_CURVE_COLUMNS = ("mean_displacement_m", "load_multiplier")
 REACTION_COLUMNS = ("support", "x_m", "y_m", "horizontal_N", "vertical_N", "moment_Nm")
 TIE_COLUMNS = ("tie", "block", "other_block", "start_x_m", "start_y_m", "end_x_m", "end_y_m", "pull_N", "strength_N")
 
@@ -61,12 +61,15 @@ def _written_ties(path: Path, ties: Sequence[Tie], pulls: Sequence[TieForce]) ->
 
 def write_rigid_curve(folder: Path, analysis: LimitAnalysis) -> Path | None:
     """Write rigid_pushover.csv: displacement of the loads along the live load, on average over its forces, load
-    multiplier and base shear of rigid blocks in large displacements; return its path, None without such a curve."""
+    multiplier and base shear, or live load where it is upright, of rigid blocks in large displacements; return its
+    path, None without such a curve."""
     path = folder / "rigid_pushover.csv"
     if analysis.rigid_curve is None:
         return None
-    rows = ((moved, load, load * analysis.headline.horizontal_load) for moved, load in analysis.rigid_curve.tolist())
-    write_csv(path, RIGID_CURVE_COLUMNS, rows)
+    state, upright = analysis.headline, analysis.upright_load is not None
+    force, size = ("live_load_N", state.live_total) if upright else ("base_shear_N", state.horizontal_load)
+    rows = ((moved, load, load * size) for moved, load in analysis.rigid_curve.tolist())
+    write_csv(path, (*RIGID_CURVE_COLUMNS, force), rows)
     return path
 
 

@@ -35,9 +35,6 @@ TURNS_TO_A_STATE = 7
 """Turns at most: h comes to a million where none of them leads on."""
 BETTER = 0.3
 """Part of the imbalance of the turn before that is still worth another turn with the same h."""
-HOPELESS_POWER = 1e-3
-"""Power out of balance after the first turn above which forces are those of no mechanism yet: of five such motions
-later turns brought one to a state between the multipliers asked for, and that was not the one met in the end."""
 NEARLY = 1e-5
 """Power out of balance of what is worth a check: ten times what the check lets pass."""
 FACE_WEIGHTS = (1e-4, 1e-5)
@@ -78,7 +75,7 @@ class Closing:
                 closed = self.programs.closed(self._nearest(forces, slip, motion))
                 yield closed
                 elsewhere = not low <= closed.forces.load_multiplier <= high
-                if closed.balances or elsewhere or (last == np.inf and closed.imbalance > HOPELESS_POWER):
+                if closed.balances or elsewhere:
                     break
                 motion *= LONGER if closed.imbalance > BETTER * last else 1.0
                 last, slip = closed.imbalance, closed.mechanism.rates[:, 2]

@@ -194,11 +194,18 @@ def rigid_pushover(analysis: LimitAnalysis) -> Figure:
     axes = figure.add_subplot()
     moved, multiplier = analysis.rigid_curve.T
     peak = printed("multiplier", float(multiplier.max()))
-    shear = multiplier * analysis.headline.horizontal_load / 1e3
-    axes.plot(1e3 * moved, shear, color=BLUE, linewidth=1.8, label=f"rigid blocks: λ = {peak} at most")
+    axes.plot(
+        1e3 * moved,
+        multiplier * _kilonewtons(analysis),
+        color=BLUE,
+        linewidth=1.8,
+        label=f"rigid blocks: λ = {peak} at most",
+    )
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
     axes.set_xlabel("mean displacement of the loads (mm)")
+    if analysis.upright_load is not None:
+        axes.set_ylabel("live load (kN)")
     axes.set_xlim(0.0, 1e3 * float(moved.max()))
     head = f"Rigid blocks in large displacements: {weight_words(analysis)}"
     write_title(axes, f"{head}\nE = {analysis.elastic_modulus / 1e9:g} GPa", "")
@@ -318,9 +325,15 @@ def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
     return lambda values: np.asarray(values) * factor
 
 
+def _kilonewtons(analysis: LimitAnalysis) -> float:
+    """Return the base shear at a multiplier of 1, or the live load where none of it is horizontal, in kN."""
+    state = analysis.headline
+    return (state.horizontal_load if analysis.upright_load is None else state.live_total) / 1e3
+
+
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
-    """Draw the multipliers of micro limit analysis as base shear in kN."""
-    kilonewtons = analysis.headline.horizontal_load / 1e3
+    """Draw the multipliers of micro limit analysis as base shear or upright live load in kN."""
+    kilonewtons = _kilonewtons(analysis)
     associative, headline = analysis.bound, analysis.headline
     which = "" if analysis.associative_left is None else " (without loose stones)"
     said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"

@@ -9,7 +9,7 @@ import pytest
 from orchestrator.limit_analysis import analyse
 from orchestrator.present.answer import answer_of_limit, answer_of_run
 from orchestrator.storage.notes import remarks
-from orchestrator.storage.summary import AtPeak, LimitSummary
+from orchestrator.storage.summary import AtPeak, LimitSummary, LooseStones
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 from tests.support.verdicts import summary
@@ -256,6 +256,11 @@ IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
             "which limit analysis leaves open.",
         ),
         ({"pressed_peak": 0.19, **IN_LARGE}, "small", "limit analysis (+25.0%) takes the stones as rigid."),
+        (
+            {"local_failures": (LooseStones((4,), 0.02, (0.1, 0.1)),)},
+            "small",
+            "limit analysis (+25.0%) takes the stones as rigid and some that have not fallen here as come loose.",
+        ),
         (
             {"rigid_peak": None, "large_displacements": 0.199},
             "large",
