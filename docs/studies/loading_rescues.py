@@ -106,7 +106,9 @@ WITHOUT: dict[str, Callable[[], None]] = {
     "all that is left for the last load held": _set(
         rigid_pushover.DisplacedWallSearch, budget_held=lambda *_: overdamped.REST_BUDGET
     ),
-    "a wall that bears less as it moves is left": _set(rigid_pushover.DisplacedWallSearch, has_fallen=lambda *_: False),
+    "a wall that bears less as it moves is left": _set(
+        rigid_pushover.DisplacedWallSearch, too_little=lambda *_: -np.inf
+    ),
     "steps no longer than a fiftieth of a block": _set(rigid_pushover, LONGEST=np.inf),
     "a thirtieth of the height is far": _set(rigid_pushover, DRIFT=np.inf),
 }
@@ -147,7 +149,7 @@ def summarised(rows: list[dict[str, Any]], whole: list[dict[str, Any]]) -> list[
     return [
         f"{len(found)}", f"{sum(row['closed'] for row in found.values())}",
         f"{sum(row['moved'] is not None for row in found.values())}", f"{np.sum(np.abs(off) <= NEAR)}",
-        f"{np.sum(off > ABOVE)}", f"{np.sum(np.array(changed) > ANOTHER)}", f"{max(changed):.1%}",
+        f"{np.sum(off > ABOVE)}", f"{np.sum(np.array(changed) > ANOTHER)}", f"{max(changed, default=0.0):.1%}",
         f"{work / of_whole - 1.0:+.0%}",
     ]  # fmt: skip
 

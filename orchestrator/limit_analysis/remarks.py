@@ -157,11 +157,12 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
     rest, state = met.path.last_rest, met.state
     if state is None:
         return
-    if met.pushed is not None and met.geometry_decides and not geometry_shows(met):
-        carried = float(met.pushed.multiplier[int(met.pushed.multiplier.argmax()) :].min())
-        if carried < (1.0 - RELEASE) * met.multiplier:
-            carries = as_lambda(carried) if carried > 0.0 else "no live load"
-            yield f"at rest up to {as_lambda(met.multiplier)}; once it moves it carries {carries}"
+    pushed = met.pushed
+    if pushed is not None and pushed.is_past and met.geometry_decides and not geometry_shows(met):
+        falls = max(float(pushed.multiplier[-1]), 0.0)
+        if falls < (1.0 - RELEASE) * pushed.peak:
+            most, least = as_lambda(pushed.peak), as_lambda(falls)
+            yield f"at rest up to {most}; as it moves what it bears falls to {least} or less"
     if not met.spread and not met.is_unloaded and state.flow_rule not in CLOSED_BY:
         bears = as_lambda(state.load_multiplier)
         if state.load_multiplier < (1.0 - RELEASE) * rest:

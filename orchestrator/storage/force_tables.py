@@ -66,8 +66,8 @@ def write_rigid_curve(folder: Path, analysis: LimitAnalysis) -> Path | None:
     path = folder / "rigid_pushover.csv"
     if analysis.rigid_curve is None:
         return None
-    state, upright = analysis.headline, analysis.upright_load is not None
-    force, size = ("live_load_N", state.live_total) if upright else ("base_shear_N", state.horizontal_load)
+    upright, shear = analysis.upright_load, analysis.headline.horizontal_load
+    force, size = ("base_shear_N", shear) if upright is None else ("live_load_N", abs(upright))
     rows = ((moved, load, load * size) for moved, load in analysis.rigid_curve.tolist())
     write_csv(path, (*RIGID_CURVE_COLUMNS, force), rows)
     return path

@@ -36,6 +36,7 @@ def multipliers(assemblage, loads=None):
     """Associative and sequence multiplier, and the headline, of checked states."""
     found = analyse(assemblage, loads=loads and loads_on(assemblage.wall, loads))
     assert all(one in (NO_PATH, BONDED) or one.startswith(("in large displacements", "from ")) for one in found.remarks)
+    assert (BONDED in found.remarks) == bool(assemblage.joints.cohesion.any())
     for state in (found.associative, found.sequence, found.headline):
         assert state.equilibrium_residual < 1e-10
         assert state.yield_residual < 1e-9

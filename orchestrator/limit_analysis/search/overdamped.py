@@ -54,7 +54,8 @@ class Moved:
     """Where a motion has led: position, last change of displacements (3m,), multiplier, flow error, whether at rest.
 
     state: the limit state that it came to, where one was looked for and passes the check. taken: the part of the live
-    load that the drag takes, by work, on the last change; the wall bears the rest of it there.
+    load that the drag takes, by work, on the last change, of a wall that has gone on bearing too little: it bears the
+    rest of it there. Else 0.
     """
 
     position: Position
@@ -110,10 +111,13 @@ class Overdamped:
         self.spent += found.factorisations
         return found
 
-    def rest(self, position: Position, multiplier: float, drag: float, budget: int) -> Moved:
+    def rest(
+        self, position: Position, multiplier: float, drag: float, budget: int, too_little: float = -np.inf
+    ) -> Moved:
         """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent.
 
-        A step that is not found is tried again against a larger drag, which then stays for the next one.
+        A step that is not found is tried again against a larger drag, which then stays for the next one. A wall that
+        goes on bearing less than the multiplier `too_little` is followed for REST_BUDGET factorisations.
         """
         start, end = position, min(self.spent + budget, self.most)
         change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
@@ -131,25 +135,21 @@ class Overdamped:
             if np.abs(velocity).max() < REST:
                 return Moved(position, change, multiplier, flow, True)
             taken = self.taken(velocity, change, multiplier)
-            fell = min(fell, self.spent) if self.has_fallen(taken) else np.inf
+            fell = min(fell, self.spent) if (1.0 - taken) * multiplier < too_little else np.inf
             if np.abs(change).max() > FALLEN:
                 break
             if self.is_lost(start, position, change, multiplier, flow):
                 break
             drag *= 1.0 if slower else next((factor for most, factor in FASTER if found.effort <= most), 1.2)
             slower = False
-        return Moved(position, change, multiplier, flow, False, taken=taken)
+        goes_on = self.spent >= fell + REST_BUDGET
+        return Moved(position, change, multiplier, flow, False, taken=taken if goes_on else 0.0)
 
     def taken(self, drag_force: FloatArray, change: FloatArray, multiplier: float) -> float:
         """Return the part of the live load that a drag's force (3m,) takes on a change of displacements (3m,), by work;
-        0 where the live load does none."""
-        live_work = multiplier * float(self.live @ change)
-        return float(drag_force @ change) / live_work if live_work > 0.0 else 0.0
-
-    def has_fallen(self, taken: float) -> bool:
-        """Whether a wall that moves bears so much less, where it is, that if it goes on bearing less it is followed for
-        REST_BUDGET factorisations only."""
-        return False
+        0 where it takes more than the live load does: stones go down then."""
+        live_work, work = multiplier * float(self.live @ change), float(drag_force @ change)
+        return work / live_work if work < live_work else 0.0
 
     def times_too_long(self, change: FloatArray) -> float:
         """Return how many times longer a change of displacements (3m,) is than a step may be, at least 1."""

@@ -102,6 +102,11 @@ class Pushing(Overdamped):
         """Whether no factorisations are left but those for the load that is held above the peak."""
         return self.spent >= self.most - REST_BUDGET
 
+    def too_little(self, peak: Moved) -> float:
+        """Multiplier below which what a wall bears as it moves under the load held above a peak is too little for it to
+        be followed far; none here."""
+        return -np.inf
+
     def budget_held(self, peak: Moved, last: Moved) -> int:
         """Factorisations for the load held above a peak; last: where displacements ended."""
         return REST_BUDGET
@@ -173,7 +178,7 @@ class Pushing(Overdamped):
         while True:
             self.counts["held"] += 1
             budget = REST_BUDGET if more > fine else self.budget_held(peak, last)
-            found = self.rest(peak.position, peak.multiplier + more, FIRST_DRAG, budget)
+            found = self.rest(peak.position, peak.multiplier + more, FIRST_DRAG, budget, self.too_little(peak))
             if found.rests or more <= fine:
                 return found
             more = max(SHORTER * more, fine)

@@ -122,16 +122,16 @@ class DisplacedWallSearch(StateSearch):
 
     def is_followed(self, here: Moved, peak: Moved) -> bool:
         """Whether the load has not fallen by DROP and blocks have not moved far since the peak, FAR where it falls."""
-        far = FAR if here.multiplier < (1.0 - PAST) * peak.multiplier else self.far
+        far = FAR if here.multiplier < self.too_little(peak) else self.far
         return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= far
 
-    def has_fallen(self, taken: float) -> bool:
-        """Whether a wall that moves under a load bears less than it by PAST."""
-        return taken > PAST
+    def too_little(self, peak: Moved) -> float:
+        """Multiplier below which a wall has passed its peak."""
+        return (1.0 - PAST) * peak.multiplier
 
     def is_past(self, peak: Moved, here: Moved) -> bool:
         """Whether what the wall bears has fallen by PAST since the peak, or blocks have moved far."""
-        return here.borne < (1.0 - PAST) * peak.multiplier or self.since(peak, here) > self.far
+        return here.borne < self.too_little(peak) or self.since(peak, here) > self.far
 
     def budget_held(self, peak: Moved, last: Moved) -> int:
         """Factorisations for the load held above a peak: all that are left where the curve has not shown a fall."""

@@ -194,13 +194,8 @@ def rigid_pushover(analysis: LimitAnalysis) -> Figure:
     axes = figure.add_subplot()
     moved, multiplier = analysis.rigid_curve.T
     peak = printed("multiplier", float(multiplier.max()))
-    axes.plot(
-        1e3 * moved,
-        multiplier * _kilonewtons(analysis),
-        color=BLUE,
-        linewidth=1.8,
-        label=f"rigid blocks: λ = {peak} at most",
-    )
+    force = multiplier * _kilonewtons(analysis)
+    axes.plot(1e3 * moved, force, color=BLUE, linewidth=1.8, label=f"rigid blocks: λ = {peak} at most")
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
     axes.set_xlabel("mean displacement of the loads (mm)")
@@ -327,8 +322,8 @@ def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
 
 def _kilonewtons(analysis: LimitAnalysis) -> float:
     """Return the base shear at a multiplier of 1, or the live load where none of it is horizontal, in kN."""
-    state = analysis.headline
-    return (state.horizontal_load if analysis.upright_load is None else state.live_total) / 1e3
+    upright = analysis.upright_load
+    return (analysis.headline.horizontal_load if upright is None else abs(upright)) / 1e3
 
 
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:

@@ -171,7 +171,7 @@ def test_millimetres_stated_as_metres_are_pointed_out(tmp_path, capsys, command)
 
 
 def test_new_writes_a_case_that_check_accepts_and_draws(tmp_path, capsys):
-    assert call("new", "north", "--output", tmp_path) == 0
+    assert call("new", "north.toml", "--output", tmp_path) == 0
     assert call("check", tmp_path / "north.toml", "--output", tmp_path / "run") == 0
     printed = capsys.readouterr().out
     assert "2 blocks, 3 joints, nothing to complain about" in printed

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from orchestrator import storage
+from orchestrator.basis.arrays import read_only
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -65,6 +66,18 @@ def test_the_curve_of_rigid_blocks_is_read_back_as_it_was(tmp_path, assemblage, 
     with (tmp_path / "rigid_pushover.csv").open() as file:
         peak = list(csv.DictReader(file))[1]
     assert float(peak["base_shear_N"]) == 0.25 * analysis.horizontal_load
+
+
+def test_the_curve_under_an_upright_live_load_has_that_load(tmp_path, analysis):
+    live = read_only(np.array([[0.0, -30.0, 0.0], [0.0, -70.0, 0.0]]))
+    pushed = replace(
+        analysis, rigid_curve=np.array([[0.0, 0.0], [1e-3, 0.25]]), loads=replace(analysis.loads, live=live)
+    )
+    storage.write_rigid_curve(tmp_path, pushed)
+    with (tmp_path / "rigid_pushover.csv").open() as file:
+        peak = list(csv.DictReader(file))[1]
+    assert float(peak["live_load_N"]) == 25.0
+    assert "base_shear_N" not in peak
 
 
 def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
