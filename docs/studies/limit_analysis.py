@@ -84,7 +84,7 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
     free = sum(not block.fixed for block in wall.blocks)
     start: dict[str, object] = {"wall": name, "blocks": free, "friction": wall.friction, "direction": f"{direction:+d}"}
     image = find_joints(mirrored(wall), JointSettings())
-    loads = loads_on(wall, LoadSettings("+x" if direction > 0 else "-x"))
+    loads = loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x"))
     mirrored_loads = loads_on(image.wall, LoadSettings("-x" if direction > 0 else "+x"))
     try:
         found = analyse(assemblage, loads=loads)
@@ -94,7 +94,9 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
         return {**start, "remark": str(error).split(":", 1)[1][:60].strip()}
     if found.non_associative_range is None:
         found = replace(found, remarks=(falls_alone(assemblage, loads, found.associative),))
-    complaints = [text for state in STATES for text in invalid(assemblage, loads, state, getattr(found, state))]
+    whole = ("sequence",) if found.local_failures else STATES  # the others are states of what is left
+    complaints = [text for state in whole for text in invalid(assemblage, loads, state, getattr(found, state))]
+    loose = f"{len(found.local_failures)} local failures first" if found.local_failures else ""
     return {
         **start,
         "associative": shown(found.associative),
@@ -107,7 +109,7 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
         "linear programs": "+".join(str(len(s.records)) for s in states_of(found)),
         "time, s": f"{seconds:.1f}",
         "converged": "yes" if found.non_associative_range and not complaints else "no",
-        "remark": "; ".join(complaints) or ("" if found.non_associative_range else found.remarks[0]),
+        "remark": "; ".join(complaints) or (loose if found.non_associative_range else found.remarks[0]),
     }
 
 
