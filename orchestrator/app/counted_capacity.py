@@ -61,9 +61,7 @@ def governing(answers: Sequence[Answered], remarks: Sequence[str], quantity: Qua
     assert judgement is not None
     summary = next(answer.summary for answer in answers if answer.name == row["load_case"])
     assert summary is not None
-    left_out = (
-        f"{judgement.not_made} check{'s' * (judgement.not_made > 1)} could not be made" if judgement.not_made else ""
-    )
+    left_out = judgement.left_open.format(count=judgement.not_made) if judgement.not_made else ""
     remark = "; ".join(text for text in (left_out, *row["remarks"]) if text)
     kind = kind_of(row, summary)
     if judgement.not_made and row["safety_ratio"] != "":

@@ -133,8 +133,6 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
         *implausible(assemblage.wall),
         *without_verification(case.seismic),
     ]
-    if case.reinforcement.ties:
-        said.append("WARNING: check, limit, segment, run and sensitivity take ties; study and export do not yet")
     if limit_states(case.seismic):
         said += not_accelerated(assemblage.wall, case.load.dead, key_in_file)
     try:

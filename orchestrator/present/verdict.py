@@ -81,6 +81,14 @@ class Verdict:
         """How many checks could not be made, the rows that say so."""
         return sum(row["verified"] == "not made" for row in self.rows)
 
+    @property
+    def left_open(self) -> str:
+        """What could not be made, as a phrase with its {count}: checks, or without any answers of load cases."""
+        if self.state in ("strength", "not compared", "nothing"):
+            one = self.not_made == 1
+            return "1 load case has no certain answer" if one else "{count} load cases have no certain answer"
+        return "1 check could not be made" if self.not_made == 1 else "{count} checks could not be made"
+
 
 def verdict(case: str, answers: Sequence[Answered]) -> Verdict:
     """Return the verdict on load cases; `case` names the wall."""
@@ -199,8 +207,7 @@ def sentence(judged: Verdict, say: Callable[[str], str] = str) -> str:
         steep = ", ".join(map(say, judged.steep))
         text += "; " + say("not compared, as more vertical than horizontal: {load_cases}").format(load_cases=steep)
     if judged.not_made:
-        doubt = "1 check could not be made" if judged.not_made == 1 else "{count} checks could not be made"
-        text += "; " + say(doubt).format(count=judged.not_made)
+        text += "; " + say(judged.left_open).format(count=judged.not_made)
     if any(COARSE_TOES in remark for row in judged.rows for remark in row["remarks"]) and say(COARSE_TOES) not in text:
         text += "; " + say(COARSE_TOES)
     if unverified:

@@ -102,6 +102,8 @@ def _opened(path: Path) -> Any:
         raise CaseError("", "no such file", "give the path of a DXF drawing") from None
     except CaseError:
         raise
+    except OSError:
+        raise CaseError("", "is not a DXF drawing", "save it as DXF R2000 or later") from None
     except Exception as error:  # ezdxf checks little: a damaged file fails with whatever Python raises
         raise CaseError("", f"is not a DXF drawing ({_short(error)})", "save it as DXF R2000 or later") from None
 
@@ -181,4 +183,5 @@ def _refuse_depth(drawn: list[FloatArray], tolerance: float) -> None:
 
 
 def _short(error: Exception) -> str:
-    return f"{type(error).__name__}: {str(error)[:100]}"
+    text, name = str(error)[:100].rstrip("."), type(error).__name__
+    return text if text.startswith(name) else f"{name}: {text}"

@@ -28,8 +28,9 @@ that catch on each other beyond their faces make a wall stronger: with 4e-3 one 
 ONTO = 3.78e-3
 """overlap of their faces from which two bodies that were not in touch before have contacts: the edge of a real stone
 carries nothing on a narrower strip (a voussoir on 0.1 mm of the next springer made a flat arch weaker by 10 %)"""
-DEEPER = 1e-6
-"""a contact that was there stays while no other point of its place lies deeper by more than this"""
+DEEPER = 1e-7
+"""a contact that was there stays while no other point of its place lies deeper by more than this; of two, one whose
+point is farther than this beyond the end of its face gives way (at the tip of a wedge their normals differ)"""
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
@@ -133,7 +134,8 @@ def track(
     apart = np.einsum("ci,ci->c", contacts.normal, (contacts.point - on_master)[:, :2])
     gap = np.where(weights.any(axis=1), apart, points.height[rows])
     off = points.inside[rows] < -END * size
-    rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], off)))
+    beyond = points.inside[rows] < -DEEPER * size
+    rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], beyond, off)))
     stays, heirs = deepest(rank, off, *at_one_place(_placed(tracking, rows, contacts.point)))
     return Tracked(rows[stays], contacts.chosen(stays), gap[stays], onto[rows[stays]], rows[heirs])
 

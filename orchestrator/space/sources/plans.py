@@ -45,8 +45,10 @@ def read_plans(
 
     try:
         document = ezdxf.readfile(path)
-    except (OSError, ezdxf.DXFError) as error:
-        raise CaseError("", f"is not a DXF drawing ({str(error)[:60]})", "save it as DXF, ASCII or binary") from None
+    except OSError:
+        raise CaseError("", "is not a DXF drawing", "save it as DXF, ASCII or binary") from None
+    except ezdxf.DXFError as error:
+        raise CaseError("", f"is a damaged DXF drawing ({error})", "save it as DXF, ASCII or binary") from None
     if length is None:
         length = UNIT_CODES.get(int(document.header.get("$INSUNITS", 0)))
         if length is None:

@@ -68,6 +68,14 @@ def test_a_check_that_could_not_be_made_leaves_the_verdict_open(missing):
     assert "1 check could not be made" in sentence(found)
 
 
+def test_without_ground_acceleration_no_check_was_to_be_made():
+    """A wall that bears less as it moves, under a load that no base shear compares, was counted as a missing check."""
+    found = of(a=summary(peak=12e3), b=None)
+    assert "; 1 load case has no certain answer; no ground acceleration was given" in sentence(found)
+    assert "check" not in sentence(found)
+    assert "; 2 load cases have no certain answer" in sentence(of(a=summary(peak=12e3), b=None, c=None))
+
+
 def test_without_ground_acceleration_the_least_base_shear_governs_and_nothing_is_verified():
     found = of(a=summary(peak=12e3), b=summary(peak=9e3))
     assert (found.state, found.governing["load_case"], found.governing["capacity"]) == ("strength", "b", 9e3)
