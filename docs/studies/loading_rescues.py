@@ -96,8 +96,6 @@ WITHOUT: dict[str, Callable[[], None]] = {
     "states of the search that close a last rest": _set(analysis, closing_state=lambda *_: None),
     "stones missed that the bound excludes": _set(loading, MISSED=np.inf),
     "stones that fall go, too": _stones_that_fall_stay,
-    "drag falls less after a harder step": _set(overdamped, FASTER=overdamped.FASTER[:1]),
-    "motions are left once they are a mechanism's": _set(overdamped, FARTHER=np.inf),
     "motions are left a thousand times as far": _set(overdamped, LOST=np.inf),
     "forces that go on": _set(
         rigid_pushover, going_on=lambda _wall, _before, task, expected: (expected, task.multiplier)

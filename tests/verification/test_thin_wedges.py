@@ -2,7 +2,7 @@
 
 A bed whose top rises by b to the right, a wedge on it whose top is level, and a block on the wedge. Pushed down the
 slope, block and wedge slide together at tan(phi - b), with tan(phi) the coefficient of friction, and the block's corner
-leaves that of the bed. Pushed the other way the block slides on the level joint at tan(phi): up the slope it needs more.
+leaves that of the bed. Pushed the other way the block slides on the level joint at tan(phi): uphill it needs more.
 """
 
 from __future__ import annotations

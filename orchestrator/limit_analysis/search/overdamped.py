@@ -1,7 +1,7 @@
 """Motion of a wall of rigid blocks on elastic joints against a drag, slow enough for its way not to matter.
 
 Backward Euler steps (implicit_step.py) under a held load, the drag smaller after each that was found, until the wall
-rests, or moves like a mechanism. The blocks may be stones or bodies of several stones.
+rests, or has moved far. The blocks may be stones or bodies of several stones.
 """
 
 from __future__ import annotations
@@ -26,13 +26,12 @@ MOST_DRAG = 1e4
 """Drag at which a motion is given up."""
 SLOWER = 4.0
 """Factor on the drag after a step that was not found."""
-FASTER = ((11, 0.1), (13, 0.3))
-"""Factorisations that a step took at most, and factor on the drag after it."""
-MOTION = 1e-3
-"""Flow error of a motion that is that of a mechanism."""
-FARTHER = 10.0
-"""Displacement over that with which a motion began up to which it is followed: until then joints that opened on the way
-to a mechanism may close again."""
+EASY = 11
+"""Factorisations of a step at most after which the drag falls by EASIER."""
+EASIER = 0.1
+"""Factor on the drag after an easy step."""
+HARDER = 1.2
+"""Factor on the drag after any other step that was found."""
 LOST = 1e3
 """Displacement over the elastic one from which on no motion is followed."""
 FALLEN = 1e12
@@ -114,7 +113,7 @@ class Overdamped:
     def rest(
         self, position: Position, multiplier: float, drag: float, budget: int, too_little: float = -np.inf
     ) -> Moved:
-        """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent.
+        """Move from a position under a load until the wall rests, or has moved far, or the budget is spent.
 
         A step that is not found is tried again against a larger drag, which then stays for the next one. A wall that
         goes on bearing less than the multiplier `too_little` is followed for REST_BUDGET factorisations.
@@ -138,9 +137,10 @@ class Overdamped:
             fell = min(fell, self.spent) if (1.0 - taken) * multiplier < too_little else np.inf
             if np.abs(change).max() > FALLEN:
                 break
-            if self.is_lost(start, position, change, multiplier, flow):
+            if self.is_lost(start, position, change, multiplier):
                 break
-            drag *= 1.0 if slower else next((factor for most, factor in FASTER if found.effort <= most), 1.2)
+            if not slower:
+                drag *= EASIER if found.effort <= EASY else HARDER
             slower = False
         goes_on = self.spent >= fell + REST_BUDGET
         return Moved(position, change, multiplier, flow, False, taken=taken if goes_on else 0.0)
@@ -155,12 +155,9 @@ class Overdamped:
         """Return how many times longer a change of displacements (3m,) is than a step may be, at least 1."""
         return 1.0
 
-    def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float, flow: float) -> bool:
+    def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float) -> bool:
         """Whether a motion from `start` under a multiplier is not followed any further; change: the last one."""
-        if float(self.wall.problem.live @ change) <= 1.0:
-            return False
-        mechanism = flow < MOTION and self.moved(here) > FARTHER * self.moved(start)
-        return mechanism or self.is_further(LOST, here, multiplier)
+        return float(self.wall.problem.live @ change) > 1.0 and self.is_further(LOST, here, multiplier)
 
     def gravity(self) -> Moved:
         """Move from the wall as drawn under its dead load; displacements count from the rest it comes to."""

@@ -22,7 +22,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.search.elastic_contact import Position
 from orchestrator.limit_analysis.search.implicit_step import Step, Task
-from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, MOTION, REST_BUDGET, Moved, Overdamped
+from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, REST_BUDGET, Moved, Overdamped
 
 STEPS = 20
 """Steps of the load, at least, up to the associative multiplier."""
@@ -46,6 +46,8 @@ SHORTEST = (1e-2, 1e-3)
 back."""
 FIRST = 10.0
 """Times the shortest step that a first one has at least."""
+MOTION = 1e-3
+"""Flow error of a motion that is that of a mechanism."""
 SHARP = 1e-8
 """Flow error of a limit state that is sharp enough."""
 CLOSE = 1e-5

@@ -104,7 +104,7 @@ class DisplacedWallSearch(StateSearch):
         """Return how many times longer a change of displacements (3m,) is than a step may be, at least 1."""
         return max(1.0, self.motion(change) / LONGEST)
 
-    def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float, flow: float) -> bool:
+    def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float) -> bool:
         """Whether blocks have moved far."""
         return self.motion(here.displacements - start.displacements) > self.far
 
