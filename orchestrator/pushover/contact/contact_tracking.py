@@ -19,18 +19,19 @@ from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.corners import CornerPairs, FacePairs
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.contact.frames import BodyNodes, Frames
-from orchestrator.pushover.contact.one_place import COVER, PlacedContacts, at_one_place, deepest
+from orchestrator.pushover.contact.one_place import COVER, PlacedContacts, at_a_tip, at_one_place, deepest
 
 END = 1e-4
-"""a point may lie so far beyond the end of a face; this, the next four and COVER of one_place.py are shares of the root
+"""a point may lie so far beyond the end of a face; this, the next five and COVER of one_place.py are shares of the root
 of the smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (What deforms must find its contact; corners
 that catch on each other beyond their faces make a wall stronger: with 4e-3 one of irregular courses by 17 %.)"""
 ONTO = 3.78e-3
 """overlap of their faces from which two bodies that were not in touch before have contacts: the edge of a real stone
 carries nothing on a narrower strip (a voussoir on 0.1 mm of the next springer made a flat arch weaker by 10 %)"""
-DEEPER = 1e-7
-"""a contact that was there stays while no other point of its place lies deeper by more than this; of two, one whose
-point is farther than this beyond the end of its face gives way (at the tip of a wedge their normals differ)"""
+DEEPER = 1e-6
+"""a contact that was there stays while no other point of its place lies deeper by more than this"""
+BEYOND = 1e-7
+"""at the tip of a wedge a point that lies so far beyond the end of its face gives way to one that lies on its own"""
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
@@ -134,9 +135,11 @@ def track(
     apart = np.einsum("ci,ci->c", contacts.normal, (contacts.point - on_master)[:, :2])
     gap = np.where(weights.any(axis=1), apart, points.height[rows])
     off = points.inside[rows] < -END * size
-    beyond = points.inside[rows] < -DEEPER * size
+    placed = _placed(tracking, rows, contacts.point)
+    one, other = at_one_place(placed)
+    beyond = at_a_tip(placed, one, other) & (points.inside[rows] < -BEYOND * size)
     rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], beyond, off)))
-    stays, heirs = deepest(rank, off, *at_one_place(_placed(tracking, rows, contacts.point)))
+    stays, heirs = deepest(rank, off, one, other)
     return Tracked(rows[stays], contacts.chosen(stays), gap[stays], onto[rows[stays]], rows[heirs])
 
 

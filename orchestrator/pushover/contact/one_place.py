@@ -20,6 +20,9 @@ TURNED = 0.1
 """rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
 facets), and count as nearly parallel"""
 
+PARALLEL = 1e-3
+"""rad; by so little faces may differ in slope to count as parallel, and which of them bears changes nothing"""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlacedContacts:
@@ -62,6 +65,17 @@ def at_one_place(contacts: PlacedContacts) -> tuple[IntArray, IntArray]:
         both = np.sort([slave[one[pair]], slave[other[pair]]])
         same[pair] |= (bodies[beside] == both).all(axis=1).any()
     return one[same], other[same]
+
+
+def at_a_tip(contacts: PlacedContacts, one: IntArray, other: IntArray) -> npt.NDArray[np.bool_]:
+    """Return which contacts (c,) are at one place with one whose face has another slope; one, other (p,): pairs there.
+
+    Where a wedge runs out between them, two bodies touch with corners whose faces are at its angle.
+    """
+    parallel = np.abs(np.einsum("pi,pi->p", contacts.normal[one], contacts.normal[other])) > np.cos(PARALLEL)
+    found = np.zeros(len(contacts.point), bool)
+    found[np.concatenate([one[~parallel], other[~parallel]])] = True
+    return found
 
 
 def deepest(
