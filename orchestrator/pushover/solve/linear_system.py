@@ -164,24 +164,28 @@ class LinearSystem:
         self, factor: Mumps | Unpivoted, contact: Coefficients, time_step: float, right: FloatArray
     ) -> FloatArray:
         model = self._model
-        solution, size = np.zeros_like(right), float(np.linalg.norm(right))
-        residual, before = right, 1.0 / SLOW**2  # of the first refinement, which is all of the solution
+        solution, residual, before = np.zeros_like(right), right.astype(np.longdouble), 1.0
+        images, changes = np.zeros((0, len(right)), np.longdouble), np.zeros((0, len(right)))
         for _ in range(ROUNDS):
-            forces = condensed_right(model, contact, residual)
+            lacks = residual.astype(float)
+            forces = condensed_right(model, contact, lacks)
             began = perf_counter()
             condensed = factor.solve(forces)
             self.together += perf_counter() - began
-            change = expanded(model, contact, residual, condensed)
-            refined = solution + change
-            share = float(np.linalg.norm(change)) / max(float(np.linalg.norm(refined)), 1e-300)
-            if not share < SLOW * before:
-                break
-            solution = refined
+            change = expanded(model, contact, lacks, condensed)
+            share = _size(change) / max(_size(solution + change), 1e-300)
             if share**2 / before <= SOLUTION_ERROR:
-                return solution
-            exact = product(model, self._exact, contact, time_step, refined.astype(np.longdouble))
-            residual, before = (right - exact).astype(float), share
-        left = float(np.linalg.norm(residual))
+                return solution + change
+            image = product(model, self._exact, contact, time_step, change.astype(np.longdouble))
+            known = images @ image
+            image, change = image - known @ images, change - known.astype(float) @ changes
+            length = _size(image)
+            if not length > 0.0:
+                break
+            images, changes = np.vstack([images, image / length]), np.vstack([changes, change / length])
+            step = images[-1] @ residual
+            solution, residual, before = solution + float(step) * changes[-1], residual - step * images[-1], share
+        left, size = _size(residual), _size(right)
         if not left <= USELESS * size:
             raise ConvergenceError("linear solver", f"refinement ends at {left:.0e} of {size:.0e}")
         return solution
@@ -190,3 +194,7 @@ class LinearSystem:
     def share(self) -> float:
         """Part of the last factorisation's operations that this rank did."""
         return self._factor.share
+
+
+def _size(vector: FloatArray) -> float:
+    return float(np.linalg.norm(vector.astype(float)))
