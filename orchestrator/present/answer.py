@@ -17,6 +17,7 @@ from orchestrator.storage.notes import (
     FAR_BEYOND,
     HELD,
     contradicts,
+    fallen_alone,
     first_of_valid,
     highest_of_limit_analysis,
     is_beyond_the_drawn,
@@ -32,9 +33,6 @@ OPEN = "Whether it stands is open; if it does, "
 
 NO_CAPACITY = "is no capacity"
 """what is said in the place of "counts" of a bound"""
-
-FALLEN_ROUNDING = 1e-6
-"""part of the dead load by which what has fallen may differ with how its weight is added up"""
 
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
@@ -267,19 +265,20 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
     """Return by how much limit analysis lies off a peak, and what it takes otherwise than these finite elements."""
     limit, in_large = summary.limit_analysis, pushed.displacements == "large"
     moved, (subject, aside) = limit.kind == "peak in large displacements", LIMIT_SUBJECTS[limit.kind]
-    gone = sum(failure.share for failure in limit.local_failures) > pushed.at_peak.fallen + FALLEN_ROUNDING
+    fallen = fallen_alone(pushed, limit)
     rigid = [
         "the stones as rigid",
         *["points in which stones touch as without force"] * limit.meets_in_points,
-        *["some that have not fallen here as come loose"] * gone,
+        *["some that have not fallen here as come loose"] * (fallen < 0.0),
     ]
+    in_place = ["what has fallen here as in place"] * (fallen > 0.0)
     edges = _at_edges(limit, pushed) if in_large and pushed.peak_reached else ""
     if in_large and not moved and pushed.peak_reached and limit.rigid_peak is not None:
         both = _in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)
-        return f"{subject}{aside} takes {_and([*rigid, *_bonds(summary)])}: {both}{edges}"
+        return f"{subject}{aside} takes {_and([*rigid, *in_place, *_bonds(summary)])}: {both}{edges}"
     off = f" ({percent_more(limit.multiplier, pushed.peak_multiplier)})" if pushed.peak_reached else ""
     small = ["displacements as small"] if in_large and not moved else []
-    said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *_bonds(summary)])}{edges}"
+    said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *in_place, *_bonds(summary)])}{edges}"
     return said if in_large or not moved else f"{said}, finite elements displacements as small"
 
 

@@ -24,6 +24,8 @@ FAR_BEYOND = 0.05
 and one of macroblocks what every stone bears as a rigid block, before it is distrusted or does not count"""
 CRACK_MOMENT = 0.02
 """part of the live load's moment that bonds which crack may carry too much before that is told"""
+FALLEN_ROUNDING = 1e-6
+"""part of the dead load by which what has fallen may differ with how its weight is added up"""
 DISTRUST = "distrust the peak"
 """what is said of a peak for which nothing that limit analysis leaves out is a reason"""
 HELD = "held by supports once it has moved: this load does not bring the wall down"
@@ -119,6 +121,12 @@ def counts(summary: Summary) -> bool:
     return pushed is None or not contradicts(pushed, summary.limit_analysis, summary.wall.blocks)
 
 
+def fallen_alone(pushed: PushoverSummary, limit: LimitSummary) -> float:
+    """Return the part of the dead load that has fallen at a peak, and not in limit analysis (> 0), or there alone."""
+    more = pushed.at_peak.fallen - sum(failure.share for failure in limit.local_failures)
+    return more if abs(more) > FALLEN_ROUNDING else 0.0
+
+
 def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[str]:
     """Return what makes a peak doubtful, or that it is of another wall than was drawn: what has fallen, contacts that
     have come, toes that crush, stones that bear far more than they can as rigid ones."""
@@ -143,10 +151,12 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
         found = max(limit.multiplier, limit.large_displacements or 0.0)
         far = not pushed.held and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * found
         if far and is_of_every_stone(pushed, stones):
+            above = f"{pushed.model} FE: the peak {peak} is more than 5 % above {printed('multiplier', found)}"
             said.append(
-                f"{pushed.model} FE: the peak {peak} is more than 5 % above {printed('multiplier', found)}, what every "
-                "stone bears in limit analysis: friction may lead to another state, or elements are too long: compare "
-                "with a quarter of mesh.size"
+                f"{above}, at which limit analysis has the wall fail with what has fallen here in its place"
+                if fallen_alone(pushed, limit) > 0.0
+                else f"{above}, what every stone bears in limit analysis: friction may lead to another state, or "
+                "elements are too long: compare with a quarter of mesh.size"
             )
         return said
     most = printed("multiplier", most_that_stones_bear(pushed, limit))

@@ -4,8 +4,9 @@ At each end of a joint a corner of one block lies on an edge of the other. Openi
 has moved by in the frame of the edge, which turns with its block: they depend on where the blocks are and on nothing
 that happened before. Their slopes with displacements are -B^T, with the forces of a point at the corner and along the
 edge. Where corners of both blocks met, the one that has moved inwards along the other's edge counts: the other has left
-it. Points between the ends of a joint are treated as corners of its block i. Contacts other than those that were drawn
-are not looked for. Source: rigid bodies; corner on edge as in finite elements in contact (node to segment).
+it. Points between the ends of a joint are treated as corners of its block i, and are open once they have slid beyond
+an end, off block j; all are where blocks have slid off each other. Contacts other than those that were drawn are not looked for. Source: rigid bodies; corner on edge
+as in finite elements in contact (node to segment).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class MovedJoints:
     i, j (c,): blocks on both sides; centre (n, 2), m; first_row (n,): of a block's displacements, -1 for supports.
     point (c, 2), m, and frame (c, 2, 2), along what normal force and shear act on i, as drawn. corner_of_i (c,):
     whether the point is a corner of i; corner_of_both (c,); inwards (c,): sign of the way along the joint into it.
-    unit: metres of displacement 1; length: block length in m that rotations are multiplied by.
+    of_joint: points of each joint, from its start to its end. unit: metres of displacement 1; length: block length in m that rotations are multiplied by.
     """
 
     i: IntArray
@@ -46,6 +47,7 @@ class MovedJoints:
     corner_of_i: npt.NDArray[np.bool_]
     corner_of_both: npt.NDArray[np.bool_]
     inwards: FloatArray
+    of_joint: int
     unit: float
     length: float
 
@@ -78,7 +80,12 @@ class MovedJoints:
         of_i = np.where(self.corner_of_both, inside, self.corner_of_i)
         frame = np.einsum("kde,kue->kud", turned[np.where(of_i, self.j, self.i)], self.frame)
         rates = np.einsum("kud,kd->ku", frame, on_j - on_i) / self.unit
-        return centre, np.where(of_i[:, None], on_i, on_j), frame, rates
+        place = np.where(of_i[:, None], on_i, on_j)
+        along = np.einsum("kd,kd->k", place, along_j).reshape(-1, self.of_joint)
+        along *= self.inwards[:: self.of_joint, None]  # from start to end
+        is_off = (along < along[:, :1]) | (along > along[:, -1:])
+        rates[is_off.ravel(), 0] = self.length / self.unit
+        return centre, place, frame, rates
 
     def _matrix(self, centre: FloatArray, place: FloatArray, frame: FloatArray) -> sp.csc_matrix:
         """Return B (3m, 2c) of forces along frames (c, 2, 2) at places (c, 2): zeros are kept, its pattern is one."""
@@ -115,6 +122,7 @@ def moved_joints(assemblage: Assemblage, equilibrium: Equilibrium, places: Float
         corner_of_i=of_i | middle | ~of_j,
         corner_of_both=of_i & of_j & ~middle,
         inwards=np.kron(np.sign((way * shear).sum(axis=1)), np.sign(0.5 - places)),
+        of_joint=len(places),
         unit=unit,
         length=length,
     )

@@ -298,6 +298,13 @@ def test_what_limit_analysis_and_finite_elements_do_not_share_is_said_of_the_cas
     assert answer_of_run(found).endswith(f"; {ending}")
 
 
+def test_what_has_fallen_in_finite_elements_alone_is_said_to_be_in_place_in_limit_analysis():
+    found = summary_of(replace(entry("micro", 20e3), at_peak=AtPeak(fallen=0.043)))
+    assert answer_of_run(found).endswith(
+        "; limit analysis (+25.0%) takes the stones as rigid, displacements as small and what has fallen here as in place."
+    )
+
+
 def test_a_peak_far_off_but_among_states_that_limit_analysis_found_is_told_as_another_state():
     """Rubble of 52 stones, finite elements of 0.2 m: 0.4062; loading meets 0.2708, other states reach 0.4060."""
     limit = LimitSummary(0.40867, 0.27081, (0.27081, 0.40597), 1, True, 1e-12, 13e3, 1.0)
