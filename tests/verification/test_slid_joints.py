@@ -40,7 +40,7 @@ def test_forces_of_a_joint_act_where_its_blocks_overlap(points, first_is_bed, le
 
 
 def test_an_arch_bears_no_more_once_a_joint_has_slid_by_half_its_length():
-    """Five voussoirs: the middle of the last joint bore when it had left the springer: 0.4235, finite elements 0.349."""
+    """Five voussoirs: the middle of the last joint bore when it was off the springer: 0.4235, finite elements 0.349."""
     assemblage, load = find_joints(read_blocks(DATA / "arch_5_voussoirs.json"), JointSettings()), LoadSettings("-x")
     analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     stepping = SteppingSettings(final_displacement=0.12)

@@ -5,8 +5,8 @@ has moved by in the frame of the edge, which turns with its block: they depend o
 that happened before. Their slopes with displacements are -B^T, with the forces of a point at the corner and along the
 edge. Where corners of both blocks met, the one that has moved inwards along the other's edge counts: the other has left
 it. Points between the ends of a joint are treated as corners of its block i, and are open once they have slid beyond
-an end, off block j; all are where blocks have slid off each other. Contacts other than those that were drawn are not looked for. Source: rigid bodies; corner on edge
-as in finite elements in contact (node to segment).
+an end, off block j; all are where blocks have slid off each other. Contacts other than those that were drawn are not
+looked for. Source: rigid bodies; corner on edge as in finite elements in contact (node to segment).
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ class MovedJoints:
     i, j (c,): blocks on both sides; centre (n, 2), m; first_row (n,): of a block's displacements, -1 for supports.
     point (c, 2), m, and frame (c, 2, 2), along what normal force and shear act on i, as drawn. corner_of_i (c,):
     whether the point is a corner of i; corner_of_both (c,); inwards (c,): sign of the way along the joint into it.
-    of_joint: points of each joint, from its start to its end. unit: metres of displacement 1; length: block length in m that rotations are multiplied by.
+    of_joint: points of each joint, from its start to its end. unit: metres of displacement 1; length: block length in m
+    that rotations are multiplied by.
     """
 
     i: IntArray
