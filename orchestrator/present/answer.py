@@ -60,7 +60,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     low, high = _lowest(analysis), (analysis.non_associative_range or (multiplier, multiplier))[1]
     left = " of what is left" * bool(analysis.local_failures)
     moved = _lower_when_moved(analysis, low)
-    safest = not moved and not _is_followed_in_part(analysis)
+    safest = not moved and not _is_followed_in_part(analysis) and not analysis.going_down
     return (
         f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=safest)}{moved}{_up_to(analysis)}"
     )
@@ -98,7 +98,8 @@ def _lowest(analysis: LimitAnalysis) -> float:
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
     """Return that stones bear less in large displacements than in the lowest state found: as they give way at edges,
     where a remark tells that, or by 1 % as rigid blocks."""
-    safe = "Lower" if _is_followed_in_part(analysis) else "On the safe side"
+    is_open = _is_followed_in_part(analysis) or analysis.headline.flow_rule == "last_rest"
+    safe = "Lower" if is_open else "On the safe side"
     rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
     is_told = pressed < (1.0 - SAME_ANSWER) * min(rigid, analysis.headline.load_multiplier)
     if is_told and pressed < low:

@@ -120,7 +120,7 @@ def test_beside_a_last_rest_states_found_otherwise_are_told_apart(slender):
     assert "such states" not in answer_of_limit(found)
     assert "On the safe side" not in answer_of_limit(found)
     pressed = answer_of_limit(replace(found, pressed_peak=0.48))
-    assert " On the safe side is λ = 0.48000, about what is left in large displacements" in pressed
+    assert " Lower is λ = 0.48000, about what is left in large displacements" in pressed
 
 
 def entry(model, peak, *, valid=True, reached=True):
