@@ -299,7 +299,8 @@ def push(
                     output, case, segmented.assemblage, segmented.partition, segmented.bodies,
                 )  # fmt: skip
         if failed and not pushed:
-            raise next(iter(failed.values()))
+            first, *others = failed.values()
+            raise ConvergenceError(first.stage, "; ".join([first.where, *map(str, others)]), first.iterations)
         report(StageBegun("report", "curves, verification where asked for, and report.html"))
         outcome = on_root(comm, _finished, case, segmented, pushed, failed, output)
         for model, done in pushed.items():

@@ -15,6 +15,7 @@ import pytest
 from orchestrator import storage
 from orchestrator.app.cli import main
 from orchestrator.storage.stored_run import read_run
+from tests.support.paths import DATA
 from tests.support.undrawn import undrawn
 
 STONES = (
@@ -127,3 +128,12 @@ def test_of_several_load_cases_too(case, tmp_path, capsys):
     rows = (tmp_path / "run" / "load_cases.csv").read_text(encoding="utf-8").splitlines()
     assert sum(",macro," in row for row in rows) == 2
     assert sum(FALLS in row for row in rows) == 2
+
+
+def test_where_both_fail_both_are_named(tmp_path, capsys):
+    """An arch that falls under its own weight: of two models that fell the macroblocks alone were told."""
+    assert run(DATA / "arch_3_voussoirs.json", tmp_path, "--set", "load.direction=+x") == 1
+    said = capsys.readouterr().err
+    assert "macro FE: stopped after increment" in said
+    assert "micro FE: stopped after increment" in said
+    assert said.count("the wall does not stand under its dead load") == 2
