@@ -107,7 +107,7 @@ def analyse(
     points = points_in_common(assemblage)
     said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
     leaning = column_words(assemblage, loads, answer.headline, elastic_modulus)
-    if known.met is None or known.met.displaced_rests:  # else nothing is known to be left
+    if not known.falling and (known.met is None or known.met.displaced_rests):  # else nothing is known to be left
         answer = replace(answer, pressed_peak=left_at_hinges(assemblage, answer))
     remarks = (*answer.remarks, *edge_words(answer), *few, *points_words(points), *said, *leaning)
     answer = replace(answer, points_in_common=points, is_bound=not (points or said), remarks=remarks)

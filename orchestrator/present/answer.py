@@ -98,8 +98,8 @@ def _lowest(analysis: LimitAnalysis) -> float:
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
     """Return that stones bear less in large displacements than in the lowest state found: as they give way at edges,
     where a remark tells that, or by 1 % as rigid blocks."""
-    is_open = _is_followed_in_part(analysis) or analysis.headline.flow_rule == "last_rest"
-    safe = "Lower" if is_open else "On the safe side"
+    is_open = bool(analysis.going_down) or analysis.headline.flow_rule == "last_rest"
+    safe = "Lower" if is_open or _is_followed_in_part(analysis) else "On the safe side"
     rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
     is_told = pressed < (1.0 - SAME_ANSWER) * min(rigid, analysis.headline.load_multiplier)
     if is_told and pressed < low:
@@ -130,7 +130,8 @@ def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
         why = f"an upper bound only, as no state with friction that does not dilate was {done}."
         counts = _no_capacity(counts)
     else:
-        why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
+        searched, safest = analysis.looked_for == "range", not analysis.going_down
+        why = _why(*analysis.range, bound, searched=searched, is_safest=safest)
     return [f"{counts}{why}", *_with_other_torsion(analysis)]
 
 
@@ -293,7 +294,14 @@ def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
     if alone or not among or not (far_off or low < (1.0 - SAME_ANSWER) * pushed.peak_multiplier):
         return ""
     leaves = "friction or displacements leave" if limit.kind == "peak in large displacements" else "friction leaves"
-    return f"; {leaves} open which state is met: from λ = {_limit(low)}, on the safe side, to {_limit(high)} were found"
+    lowest = f"{_limit(low)}{_on_the_safe_side(limit, ',')}"
+    return f"; {leaves} open which state is met: from λ = {lowest} to {_limit(high)} were found"
+
+
+def _on_the_safe_side(limit: LimitSummary, then: str = "") -> str:
+    """Return that a multiplier is, where the wall stands and limit analysis met a state; then: what follows."""
+    is_open = bool(limit.going_down) or limit.kind == "last load at rest"
+    return "" if is_open else f", on the safe side{then}"
 
 
 def _stands(pushed: PushoverSummary, limit: LimitSummary) -> str:
@@ -321,8 +329,8 @@ def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
     if left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
         return said
     if pushed.peak_multiplier > (1.0 + SAME_ANSWER) * rigid:  # another state, which no smaller elements come from
-        return f"{said}: λ = {_limit(left)}, on the safe side"
-    return f"{said}: λ = {_limit(left)}, on the safe side, to which smaller elements (mesh.size) come nearer"
+        return f"{said}: λ = {_limit(left)}{_on_the_safe_side(limit)}"
+    return f"{said}: λ = {_limit(left)}{_on_the_safe_side(limit)}, to which smaller elements (mesh.size) come nearer"
 
 
 def _bonds(summary: Summary) -> list[str]:

@@ -83,7 +83,7 @@ class Verdict:
 
     @property
     def left_open(self) -> str:
-        """What could not be made, as a phrase with its {count}: checks, or without any answers of load cases."""
+        """What is left open, as a phrase with its {count}: checks or, where none was asked for, load cases."""
         if self.state in ("strength", "not compared", "nothing"):
             one = self.not_made == 1
             return "1 load case has no certain answer" if one else "{count} load cases have no certain answer"

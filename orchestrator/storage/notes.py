@@ -122,7 +122,7 @@ def counts(summary: Summary) -> bool:
 
 
 def fallen_alone(pushed: PushoverSummary, limit: LimitSummary) -> float:
-    """Return the part of the dead load that has fallen at a peak, and not in limit analysis (> 0), or there alone."""
+    """Return how much more of the dead load has fallen at a peak than in limit analysis, or less (< 0)."""
     more = pushed.at_peak.fallen - sum(failure.share for failure in limit.local_failures)
     return more if abs(more) > FALLEN_ROUNDING else 0.0
 
@@ -151,12 +151,11 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
         found = max(limit.multiplier, limit.large_displacements or 0.0)
         far = not pushed.held and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * found
         if far and is_of_every_stone(pushed, stones):
-            above = f"{pushed.model} FE: the peak {peak} is more than 5 % above {printed('multiplier', found)}"
+            in_place = ", with what has fallen here in its place" * (fallen_alone(pushed, limit) > 0.0)
             said.append(
-                f"{above}, at which limit analysis has the wall fail with what has fallen here in its place"
-                if fallen_alone(pushed, limit) > 0.0
-                else f"{above}, what every stone bears in limit analysis: friction may lead to another state, or "
-                "elements are too long: compare with a quarter of mesh.size"
+                f"{pushed.model} FE: the peak {peak} is more than 5 % above {printed('multiplier', found)}, what every "
+                f"stone bears in limit analysis{in_place}: friction may lead to another state, or elements are too "
+                "long: compare with a quarter of mesh.size"
             )
         return said
     most = printed("multiplier", most_that_stones_bear(pushed, limit))

@@ -1,4 +1,7 @@
-"""Rigid blocks that have slid along a joint press each other where they still lie on each other, and nowhere else."""
+"""Rigid blocks that have slid along a joint press each other where they still lie on each other.
+
+Where the end of an edge was no end of the joint it is not known: a corner that slides over it is followed beyond.
+"""
 
 from __future__ import annotations
 

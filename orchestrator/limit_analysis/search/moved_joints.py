@@ -5,8 +5,9 @@ has moved by in the frame of the edge, which turns with its block: they depend o
 that happened before. Their slopes with displacements are -B^T, with the forces of a point at the corner and along the
 edge. Where corners of both blocks met, the one that has moved inwards along the other's edge counts: the other has left
 it. Points between the ends of a joint are treated as corners of its block i, and are open once they have slid beyond
-an end, off block j; all are where blocks have slid off each other. Contacts other than those that were drawn are not
-looked for. Source: rigid bodies; corner on edge as in finite elements in contact (node to segment).
+an end, off block j. Where blocks have slid off each other all points are open. A corner that met no corner is followed
+as if the edge under it had no end, and contacts other than those that were drawn are not looked for. Source: rigid
+bodies; corner on edge as in finite elements in contact (node to segment).
 """
 
 from __future__ import annotations

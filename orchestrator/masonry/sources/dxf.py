@@ -102,8 +102,9 @@ def _opened(path: Path) -> Any:
         raise CaseError("", "no such file", "give the path of a DXF drawing") from None
     except CaseError:
         raise
-    except OSError:
-        raise CaseError("", "is not a DXF drawing", "save it as DXF R2000 or later") from None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})" if error.strerror else "is not a DXF drawing"
+        raise CaseError("", problem, "save it as DXF R2000 or later") from None
     except Exception as error:  # ezdxf checks little: a damaged file fails with whatever Python raises
         raise CaseError("", f"is not a DXF drawing ({_short(error)})", "save it as DXF R2000 or later") from None
 

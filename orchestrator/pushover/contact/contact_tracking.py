@@ -31,7 +31,7 @@ carries nothing on a narrower strip (a voussoir on 0.1 mm of the next springer m
 DEEPER = 1e-6
 """a contact that was there stays while no other point of its place lies deeper by more than this"""
 BEYOND = 1e-7
-"""at the tip of a wedge a point that lies so far beyond the end of its face gives way to one that lies on its own"""
+"""at the tip of a wedge a point that lies so far beyond the end of its face gives way to one that is within its own"""
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3

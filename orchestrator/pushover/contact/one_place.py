@@ -68,9 +68,10 @@ def at_one_place(contacts: PlacedContacts) -> tuple[IntArray, IntArray]:
 
 
 def at_a_tip(contacts: PlacedContacts, one: IntArray, other: IntArray) -> npt.NDArray[np.bool_]:
-    """Return which contacts (c,) are at one place with one whose face has another slope; one, other (p,): pairs there.
+    """Return which contacts (c,) are at one place with one whose face differs in slope; one, other (p,): pairs there.
 
-    Where a wedge runs out between them, two bodies touch with corners whose faces are at its angle.
+    Where a wedge runs out between them, two bodies touch with corners whose faces are at its angle; so do a node and
+    the two faces of a kink.
     """
     parallel = np.abs(np.einsum("pi,pi->p", contacts.normal[one], contacts.normal[other])) > np.cos(PARALLEL)
     found = np.zeros(len(contacts.point), bool)

@@ -7,12 +7,13 @@ pattern is analysed once. With the residual r of the exact system
 
 leaves about 1 / penalty of most errors each time. Of a few it leaves nearly all: forces that circulate between four
 corners in one point meet little but the stiffness with which these stick. So changes are added in that combination,
-of all so far, that leaves the least residual (generalised conjugate residuals), and each such force takes one more.
-Without, walls cut by straight lines, whose stones meet so, broke off
+of all so far, that leaves the least residual (generalised conjugate residuals): each such force takes one refinement
+more. Without, walls cut by straight lines, whose stones meet so, broke off
 (tests/verification/test_corners_in_a_point.py). The residual is kept in extended precision (np.longdouble), because in
 double precision the penalty's rounding is larger than what stiff stones (E x 100) leave of it. The solution is then
-exact to 1e-11 of its largest entry. Smaller entries, forces among them, differ by more from one number of ranks to
-another; Newton's iterations part where contacts close and slide in turn more than about ten times.
+exact to 1e-11 of its largest entry, but for forces with next to nothing against them, whose residual is small. Smaller
+entries, forces among them, differ by more from one number of ranks to another; Newton's iterations part where contacts
+close and slide in turn more than about ten times.
 
 Tried, and not used: the forces of closed contacts as unknowns, with the flexibility of each body (constant in its own
 frame) and its rigid motion in the place of displacements. Factors of benchmark 1 when it is loaded and past its peak
@@ -78,7 +79,9 @@ class LinearSystem:
         self._pattern = self._own_rows()
         self._factor = self._made()
         self._last: tuple[Mumps | Unpivoted, Coefficients] | None = None
-        self._solved: tuple[FloatArray, FloatArray]  # of the last solution: what the exact system makes of its changes
+        self._solved: tuple[
+            FloatArray, FloatArray
+        ]  # of the last solution: unit residuals, and the changes that take them
 
     def follow(self, model: ContactModel) -> None:
         """Take the values of another state of the model; a new pattern only where its contacts connect other nodes."""

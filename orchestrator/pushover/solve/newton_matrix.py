@@ -18,7 +18,7 @@ each contact adds to it one 3 x 3 matrix, weighted for each pair of its nodes (s
                                 [ -kappa S P / Z             T ]
 
 so that a wall that moves keeps its pattern, with new weights, until a contact comes, goes, or meets another triangle.
-Each rank makes the rows of its own nodes only. linear_system.py corrects for the penalty by iterative refinement.
+Each rank makes the rows of its own nodes only. linear_system.py corrects for the penalty by refinement.
 
 M. Fortin, R. Glowinski, Augmented Lagrangian Methods, North-Holland 1983.
 """

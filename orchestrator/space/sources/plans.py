@@ -45,8 +45,9 @@ def read_plans(
 
     try:
         document = ezdxf.readfile(path)
-    except OSError:
-        raise CaseError("", "is not a DXF drawing", "save it as DXF, ASCII or binary") from None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})" if error.strerror else "is not a DXF drawing"
+        raise CaseError("", problem, "save it as DXF, ASCII or binary") from None
     except ezdxf.DXFError as error:
         raise CaseError("", f"is a damaged DXF drawing ({error})", "save it as DXF, ASCII or binary") from None
     if length is None:

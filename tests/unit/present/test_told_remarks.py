@@ -118,8 +118,9 @@ ON_PAGES = [
     "micro FE: held by supports at a load multiplier of 1.22: this load does not bring the wall down",
     "micro FE: the peak 1.4331 is more than 5 % above 1.3280, what every stone bears in limit analysis: friction may "
     "lead to another state, or elements are too long: compare with a quarter of mesh.size",
-    "micro FE: the peak 0.2756 is more than 5 % above 0.1461, at which limit analysis has the wall fail with what has "
-    "fallen here in its place",
+    "micro FE: the peak 0.2756 is more than 5 % above 0.1461, what every stone bears in limit analysis, with what has "
+    "fallen here in its place: friction may lead to another state, or elements are too long: compare with a quarter of "
+    "mesh.size",
     "macro FE: the peak is of what is left when 37 % of the dead load has fallen",
     "micro FE: block 28 (0.87 % of the dead load) fell at a load multiplier of 0.4784; the wall went on",
     "micro FE: block 8 (0.87 % of the dead load) fell after the peak, at a load multiplier of 0.2597; the wall went on",
