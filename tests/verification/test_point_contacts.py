@@ -131,10 +131,12 @@ WEDGE = {
 
 def test_a_wedge_that_comes_to_rest_on_a_corner_is_told(tmp_path, capsys):
     """As drawn it bears a hundredth of its weight: friction of 0.505 for a thrust of 0.5. Once the wedge has gone down
-    on the piers it bears 34 times as much, on corners: what that rests on is said."""
+    on the piers it bears 17 times as much, on corners: what that rests on is said. With elements of the default size
+    it goes into the piers, and the curve ends there (docs/limits.md)."""
     (tmp_path / "wedge.json").write_text(json.dumps(WEDGE), encoding="utf-8")
     run = ["run", str(tmp_path / "wedge.json"), "--model", "micro", "--output", str(tmp_path / "run")]
-    run += ["--set", "stepping.load_increment=0.1"]  # 34 times what limit analysis expects is far in thirtieths of that
+    run += ["--set", "mesh.size=150mm"]
+    run += ["--set", "stepping.load_increment=0.1"]  # 17 times what limit analysis expects is far in thirtieths of that
     with undrawn():
         assert cli.main(run) == 0
     printed = capsys.readouterr().out.replace("\n", " ")
