@@ -79,9 +79,8 @@ class LinearSystem:
         self._pattern = self._own_rows()
         self._factor = self._made()
         self._last: tuple[Mumps | Unpivoted, Coefficients] | None = None
-        self._solved: tuple[
-            FloatArray, FloatArray
-        ]  # of the last solution: unit residuals, and the changes that take them
+        # of the last solution: unit residuals, and the changes that take them
+        self._solved: tuple[FloatArray, FloatArray]
 
     def follow(self, model: ContactModel) -> None:
         """Take the values of another state of the model; a new pattern only where its contacts connect other nodes."""
