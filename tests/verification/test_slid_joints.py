@@ -23,10 +23,14 @@ LENGTH, BED = 0.5, 2.0
 
 @pytest.mark.parametrize("points", [OF_STONES, OF_MORTAR], ids=["stones", "mortar"])
 @pytest.mark.parametrize("first_is_bed", [True, False])
+@pytest.mark.parametrize("has_vertices", [False, True], ids=["", "vertices"])
 @pytest.mark.parametrize(("left", "slid"), [(0.75, 0.4), (1.5, 0.35), (0.0, -0.35), (0.75, -0.6), (1.5, 0.6)])
-def test_forces_of_a_joint_act_where_its_blocks_overlap(points, first_is_bed, left, slid):
-    """The middle of the joint stayed with the block of the lower number, also once it was off the other."""
+def test_forces_of_a_joint_act_where_its_blocks_overlap(points, has_vertices, first_is_bed, left, slid):
+    """The middle of the joint stayed with the block of the lower number, also once it was off the other. Vertices of
+    the bed where the block began and ended, as drawings have them, are no corners of it."""
     bed, block = between(0.0, -0.3, BED, 0.0), between(left, 0.0, left + LENGTH, 0.3)
+    if has_vertices:
+        bed = np.insert(bed, 3, [[end, 0.0] for end in (left + LENGTH, left) if 0.0 < end < BED], axis=0)
     drawn = [(bed, True), (block, False)] if first_is_bed else [(block, False), (bed, True)]
     wall = Wall("slid", tuple(Block(k, outline, fixed, 20e3) for k, (outline, fixed) in enumerate(drawn)), 0.3, 0.6)
     assemblage = find_joints(wall, JointSettings())

@@ -131,11 +131,18 @@ def moved_joints(assemblage: Assemblage, equilibrium: Equilibrium, places: Float
 
 
 def _is_corner(wall: Wall, block: IntArray, point: FloatArray, near: float) -> npt.NDArray[np.bool_]:
-    """Return which points (c, 2) are corners of blocks (c,), within a distance in m."""
+    """Return which points (c, 2) are corners of blocks (c,), within a distance in m; a vertex that its neighbours have
+    on a straight line between them is none."""
     outlines = outlines_of(wall)
-    last = np.append(outlines.first[1:], len(outlines.corner))
+    vertex, after = outlines.corner, outlines.following
+    following = vertex[after]
+    before = np.empty_like(vertex)
+    before[after] = vertex
+    chord = following - before
+    turns = np.abs(cross(vertex - before, chord)) > near * np.linalg.norm(chord, axis=1)
+    last = np.append(outlines.first[1:], len(vertex))
     found = np.zeros(len(block), dtype=bool)
     for number in range(int((last - outlines.first).max())):
         corner = np.minimum(outlines.first[block] + number, last[block] - 1)
-        found |= np.linalg.norm(outlines.corner[corner] - point, axis=1) < near
+        found |= turns[corner] & (np.linalg.norm(vertex[corner] - point, axis=1) < near)
     return found
