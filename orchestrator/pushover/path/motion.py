@@ -103,9 +103,8 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     if balanced and _time_step(solver, state, length) >= solver.time_step(replace(aim, size=0.0)):
         attempts.append(Attempt("bodies are in balance", length, "at rest without a static increment", 0))
         return replace(moved, moving=False, attempts=tuple(attempts))
-    if any(attempt.action == OF_BEFORE for attempt in moved.attempts):
-        length /= SHORTER_STEP
-    elif far < FASTEST / FASTER and length >= state.step[0]:
+    given = any(attempt.action == OF_BEFORE for attempt in moved.attempts)
+    if far < FASTEST / FASTER and length >= state.step[0] and not given:
         length *= FASTER
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)
