@@ -85,10 +85,10 @@ def compared(seed: int, direction: str) -> dict[str, Any]:
         row["come loose"] = " ".join(str(stone) for failure in analysis.local_failures for stone in failure.stones)
         done = push(assemblage, analysis, one_body_per_block(assemblage), load, report=in_time)
     except (CaseError, CollapseError, ConvergenceError, TimeoutError) as error:
-        return row | {"ended": f"NO CURVE: {error}"}
+        return row | {"ended": f"NO CURVE: {error}".split(": blocks")[0]}
     fallen = [body for event in done.summary.events for body in event.bodies]
     ended = done.summary.stopped_because if done.summary.valid else f"NOT VALID: {done.summary.complaint}"
-    peak = f"{done.capacity.peak_base_shear / analysis.horizontal_load:.4f}"
+    peak = f"{done.capacity.peak_multiplier:.4f}"
     return row | {"micro-FE": peak, "fall": " ".join(fallen), "ended": ended, "s": f"{process_time() - began:.1f}"}
 
 

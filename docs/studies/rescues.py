@@ -93,6 +93,7 @@ WITHOUT = {
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
     "friction of the forces before, where Coulomb's leaves no state": _with_coulomb_alone,
     "friction of the forces before, in static increments": _static_with_coulomb_alone,
+    "no growth after a step of motion with friction of before": lambda: _set(motion, OF_BEFORE=""),
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
     "a step in which a body goes too far is made shorter": lambda: _set(motion, TOO_FAR=np.inf),
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
