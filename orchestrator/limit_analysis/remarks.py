@@ -28,8 +28,8 @@ TOLD = 5
 """Points in common that are told one by one."""
 
 NO_PATH = (
-    "joints that crush, or whose tensile strength exceeds cohesion over friction, and ties, have no path of loading: "
-    "the headline was found without loading"
+    "joints that crush, or whose tensile strength exceeds cohesion over friction, have no path of loading: states of "
+    "this wall are looked for without"
 )
 """What is said of walls that are not loaded."""
 BONDED = (

@@ -28,6 +28,8 @@ from orchestrator.storage.notes import (
 )
 from orchestrator.storage.summary import Kind, LimitSummary
 
+WITHOUT_LOADING = ("sequence", "unloaded")
+"""flow rules of states of walls that were not loaded"""
 OPEN = "Whether it stands is open; if it does, "
 """what is said first of a wall that does not come to rest under its dead load unless it is wedged"""
 
@@ -59,11 +61,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         return f"{_no_capacity(counts)}{shear}{why}"
     low, high = _lowest(analysis), (analysis.non_associative_range or (multiplier, multiplier))[1]
     left = " of what is left" * bool(analysis.local_failures)
-    moved = _lower_when_moved(analysis, low)
-    safest = not moved and not _is_followed_in_part(analysis) and not analysis.going_down
-    return (
-        f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left, is_safest=safest)}{moved}{_up_to(analysis)}"
-    )
+    why = _why(low, high, bound, analysis.is_bound, left)
+    return f"{counts}{shear}{why}{_lower_when_moved(analysis, low)}{_up_to(analysis)}"
 
 
 def _no_capacity(counts: str) -> str:
@@ -79,7 +78,9 @@ def _is_followed_in_part(analysis: LimitAnalysis) -> bool:
 
 
 def _up_to(analysis: LimitAnalysis) -> str:
-    """Return how far a wall was loaded that is too large to be loaded up to its state."""
+    """Return how far a wall was loaded that is too large to be loaded up to its state, or that it was not loaded."""
+    if analysis.headline.flow_rule in WITHOUT_LOADING and not analysis.going_down:
+        return " This wall is not loaded: it may fail in a lower state."
     if not _is_followed_in_part(analysis):
         return ""
     if analysis.last_rest is None:
@@ -98,15 +99,13 @@ def _lowest(analysis: LimitAnalysis) -> float:
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
     """Return that stones bear less in large displacements than in the lowest state found: as they give way at edges,
     where a remark tells that, or by 1 % as rigid blocks."""
-    is_open = bool(analysis.going_down) or analysis.headline.flow_rule == "last_rest"
-    safe = "Lower" if is_open or _is_followed_in_part(analysis) else "On the safe side"
     rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
     is_told = pressed < (1.0 - SAME_ANSWER) * min(rigid, analysis.headline.load_multiplier)
     if is_told and pressed < low:
         left = "about what is left in large displacements as stones give way at edges"
-        return f" {safe} is λ = {_limit(pressed)}, {left}."
+        return f" Lower is λ = {_limit(pressed)}, {left}."
     if rigid < (1.0 - SAME_ANSWER) * low:
-        return f" {safe} is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
+        return f" Lower is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
     return ""
 
 
@@ -130,8 +129,7 @@ def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
         why = f"an upper bound only, as no state with friction that does not dilate was {done}."
         counts = _no_capacity(counts)
     else:
-        searched, safest = analysis.looked_for == "range", not analysis.going_down
-        why = _why(*analysis.range, bound, searched=searched, is_safest=safest)
+        why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
     return [f"{counts}{why}", *_with_other_torsion(analysis)]
 
 
@@ -144,19 +142,11 @@ def _with_other_torsion(analysis: SpaceAnalysis) -> list[str]:
     return [f"Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."]
 
 
-def _why(
-    low: float,
-    high: float,
-    bound: float,
-    holds: bool = True,
-    of_what: str = "",
-    searched: bool = True,
-    is_safest: bool = True,
-) -> str:
+def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str = "", searched: bool = True) -> str:
     """Return what a collapse state is, of states that were found from `low` to `high`, and how near to the bound.
 
     holds: whether the associative multiplier is a bound; of_what: of which wall, where it is not the wall as drawn;
-    searched: whether lower states were looked for; is_safest: whether nothing lower is known of the wall.
+    searched: whether lower states were looked for.
     """
     why = "a collapse state with friction that does not dilate; "
     if holds and low >= (1.0 - ALIKE) * bound:
@@ -164,8 +154,7 @@ def _why(
         return f"{why}it reaches the associative upper bound{of_what}, and no lower one was {done}."
     if high - low <= ALIKE * high:
         return f"{why}{_bounds(bound, holds, of_what)}"
-    safe = ", the lowest on the safe side" * is_safest
-    between = f"such states were found from {_limit(low)} to {_limit(high)}{safe}, as friction leaves the answer open"
+    between = f"such states were found from {_limit(low)} to {_limit(high)}, as friction leaves the answer open"
     return f"{why}{between}; {_bounds(bound, holds, of_what)}"
 
 
@@ -294,14 +283,7 @@ def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
     if alone or not among or not (far_off or low < (1.0 - SAME_ANSWER) * pushed.peak_multiplier):
         return ""
     leaves = "friction or displacements leave" if limit.kind == "peak in large displacements" else "friction leaves"
-    lowest = f"{_limit(low)}{_on_the_safe_side(limit, ',')}"
-    return f"; {leaves} open which state is met: from λ = {lowest} to {_limit(high)} were found"
-
-
-def _on_the_safe_side(limit: LimitSummary, then: str = "") -> str:
-    """Return that a multiplier is, where the wall stands and limit analysis met a state; then: what follows."""
-    is_open = bool(limit.going_down) or limit.kind == "last load at rest"
-    return "" if is_open else f", on the safe side{then}"
+    return f"; {leaves} open which state is met: from λ = {_limit(low)} to {_limit(high)} were found"
 
 
 def _stands(pushed: PushoverSummary, limit: LimitSummary) -> str:
@@ -329,8 +311,8 @@ def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
     if left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
         return said
     if pushed.peak_multiplier > (1.0 + SAME_ANSWER) * rigid:  # another state, which no smaller elements come from
-        return f"{said}: λ = {_limit(left)}{_on_the_safe_side(limit)}"
-    return f"{said}: λ = {_limit(left)}{_on_the_safe_side(limit)}, to which smaller elements (mesh.size) come nearer"
+        return f"{said}: λ = {_limit(left)}"
+    return f"{said}: λ = {_limit(left)}, to which smaller elements (mesh.size) come nearer"
 
 
 def _bonds(summary: Summary) -> list[str]:

@@ -13,7 +13,6 @@ from orchestrator.loads import loads_on
 from orchestrator.masonry.sources.block_files import read_blocks
 from tests.support.paths import DATA
 
-
 WALLS = {
     "cut_7_stones": ["+x"],
     "cut_9_stones": ["-x"],

@@ -113,7 +113,7 @@ def test_elastic_displacement_of_a_wall_whose_joints_stay_closed():
     trial = tried(springs, undeformed(springs), expected)
     closed = trial.forces[:, 0] > 1e-3
     assert closed.sum() >= 9
-    carried = joint_forces(springs.points, trial.forces).ravel()
+    carried = joint_forces(springs, trial.forces).ravel()
     residual = problem.equilibrium.matrix @ carried * problem.equilibrium.row_scale - press
     opened = np.abs(springs.stiffness[~closed] * trial.rates[~closed]).max(initial=0.0)
     assert np.abs(residual).max() <= opened + 1e-3
@@ -129,7 +129,7 @@ def test_a_joint_turns_like_one_that_is_pressed_all_along(eccentricity):
     pressed = 100.0
     sinks, turns = pressed / stiffness, 12.0 * pressed * eccentricity / stiffness
     trial = tried(springs, undeformed(springs), np.array([0.0, -sinks, -turns * size]))
-    start, end, _ = joint_forces(springs.points, trial.forces)[0]
+    start, end, _ = joint_forces(springs, trial.forces)[0]
     assert start + end == pytest.approx(pressed, rel=1e-3)
     assert abs(end - start) / 2 == pytest.approx(pressed * eccentricity, rel=1e-3, abs=1e-6)
     assert (trial.forces[:, 0] > 1e-2).all()

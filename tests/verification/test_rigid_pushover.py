@@ -277,7 +277,7 @@ def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_eleme
     assert not stiff.geometry_decides
     said = answer_of_limit(soft)
     assert said.startswith("Geometry decides: in large displacements the wall bears")
-    assert f"is an upper bound in small displacements. On the safe side is λ = {soft.pressed_peak:.5f}, about" in said
+    assert f"is an upper bound in small displacements. Lower is λ = {soft.pressed_peak:.5f}, about" in said
     assert not any("leans on" in remark for remark in soft.remarks)
     peak, fine = (
         push(

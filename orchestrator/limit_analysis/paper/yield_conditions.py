@@ -71,6 +71,11 @@ class YieldConditions:
         return (self.slope == 0.0) & (self.cohesion == 0.0)
 
     @property
+    def are_ties(self) -> npt.NDArray[np.bool_]:
+        """Which joints (k,) are ties (masonry/ties.py): without shear, and crushed by no more than they pull with."""
+        return self.without_shear & (self.crushing <= self.tension)
+
+    @property
     def scales_with_load(self) -> bool:
         """Whether joints carry twice as much when they are pressed twice as hard: nothing but friction."""
         return not (self.cohesion.any() or self.tension.any() or self.crushes.any())

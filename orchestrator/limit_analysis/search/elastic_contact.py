@@ -7,6 +7,9 @@ come away from them.) At each point
     normal   n = max(0, T - k_n gap) - T         gap = opening since the joints were drawn
     shear    s = s_0 - k_t (slip - slip_0), cut to |s| <= mu n + c     from the last position (slip_0, s_0); no dilation
 
+A tie is a point that slides along its line: its pull, less what lies midway between all that it bears, is a shear with
+cohesion and no friction. It is as stiff as a mean joint, begins without force, and shortens for good where it is slack.
+
 Gaps are remembered, slips are forgotten once they are made: that is what tells this law from one that is plastic in
 both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = JOINT_SMOOTHING block weights: Newton's method needs
 slopes, and where a point has opened its force m^2/(k gap) is soon nothing. The k_n of a joint are E t L/d in all, d the
@@ -53,7 +56,8 @@ class ElasticWall:
     """A wall in the units of `ScaledProblem`, of the c points of its k joints, joint by joint (`points`).
 
     stiffness (c, 2): normal, and along the joint. tension (c,): tensile strength, mean block weights. unit: metres of
-    displacement 1. loads: those of `problem`, and how they change about where a wall is linearised. joints,
+    displacement 1. loads: those of `problem`, and how they change about where a wall is linearised. to_joints (3k, 2c):
+    from forces of points to those of joints, to which what ties carry midway (k, 3) is added. joints,
     moved_loads: how they are where blocks have moved; None: as in `problem`, wherever blocks are. offset (c, 2): rates
     without displacements, of a wall linearised about some.
     """
@@ -64,6 +68,8 @@ class ElasticWall:
     unit: float
     loads: LinearLoads
     points: JointPoints
+    to_joints: sp.csr_matrix
+    midway: FloatArray
     joints: MovedJoints | None = None
     moved_loads: MovedLoads | None = None
     offset: FloatArray | float = 0.0
@@ -95,14 +101,14 @@ class ElasticWall:
         return float(done / max(abs(live_power), 1e-300, 1e-300 * done))
 
 
-def joint_forces(points: JointPoints, forces: FloatArray) -> FloatArray:
+def joint_forces(wall: ElasticWall, forces: FloatArray) -> FloatArray:
     """Return the forces (k, 3) of joints, normal ones at both ends and the shear, from those of points (c, 2)."""
-    return forces.reshape(-1, 2 * len(points.places)) @ points.joint_of_points.T
+    return (wall.to_joints @ forces.ravel()).reshape(-1, 3) + wall.midway
 
 
 def joint_stiffness(wall: ElasticWall) -> FloatArray:
     """Return the stiffness (k, 3) of joints as if all of it sat at their ends."""
-    return joint_forces(wall.points, wall.stiffness)
+    return wall.stiffness.reshape(-1, 2 * len(wall.points.places)) @ wall.points.joint_of_points.T
 
 
 def open_ends(wall: ElasticWall, rates: FloatArray) -> npt.NDArray[np.bool_]:
@@ -156,17 +162,22 @@ def elastic_wall(
         free[block] * length / modulus[block] for block, length in zip((joints.i, joints.j), lengths, strict=True)
     )
     by_distance, tangential = stiffness
+    ties = coulomb.are_ties
     physical = joints.area / (compliance / spread + 1.0 / joints.normal_stiffness)
     normal = physical if by_distance else joints.area
-    normal = np.kron(2.0 * normal / normal.mean(), points.areas)
-    problem = of_points(scaled_problem(equilibrium, coulomb), points)
+    normal = np.kron(np.where(ties, 2.0, 2.0 * normal / normal[~ties].mean()), points.areas)
+    problem, to_joints, midway = of_points(
+        scaled_problem(equilibrium, coulomb), points, coulomb, equilibrium.unit_force
+    )
     return ElasticWall(
         problem=problem,
         stiffness=np.column_stack([normal, tangential * normal]),
-        tension=np.kron(coulomb.tension, points.areas) / equilibrium.unit_force,
-        unit=2.0 * equilibrium.unit_force / float(physical.mean()),
+        tension=np.kron(np.where(ties, 0.0, coulomb.tension / equilibrium.unit_force), points.areas),
+        unit=2.0 * equilibrium.unit_force / float(physical[~ties].mean()),
         loads=LinearLoads(problem.dead, problem.live),
         points=points,
+        to_joints=to_joints,
+        midway=midway,
     )
 
 
@@ -187,25 +198,36 @@ def moving_wall(
     return replace(wall, problem=problem, joints=joints, moved_loads=moved_loads(problem, equilibrium, joints.unit))
 
 
-def of_points(problem: ScaledProblem, points: JointPoints) -> ScaledProblem:
-    """Return a problem of joints as that of their points."""
-    B = (problem.B @ sp.kron(sp.identity(len(problem.friction)), points.joint_of_points)).tocsr()
-    return replace(
+def of_points(
+    problem: ScaledProblem, points: JointPoints, coulomb: YieldConditions, unit_force: float
+) -> tuple[ScaledProblem, sp.csr_matrix, FloatArray]:
+    """Return a problem of joints as that of their points, and to_joints and midway of `ElasticWall`."""
+    ties, of_tie = coulomb.are_ties, np.zeros((3, 2 * len(points.places)))
+    of_tie[:2, 1::2] = -0.5
+    of_all = ((~ties, points.joint_of_points), (ties, of_tie))
+    to_joints = sum(sp.kron(sp.diags(which.astype(float)), forces, format="csr") for which, forces in of_all)
+    pulls, pushes = (np.where(ties, strength, 0.0) / unit_force for strength in (coulomb.tension, coulomb.crushing))
+    midway = np.outer(0.25 * (pushes - pulls), [1.0, 1.0, 0.0])
+    B = (problem.B @ to_joints).tocsr()
+    of_points = replace(
         problem,
         B=B,
         B_T=B.T.tocsr(),
+        dead=problem.dead - problem.B @ midway.ravel(),
         friction=np.repeat(problem.friction, len(points.places)),
-        cohesion=np.kron(problem.cohesion, points.areas),
+        cohesion=np.kron(problem.cohesion + 0.5 * (pulls + pushes), points.areas),
         stiffness=WallStiffness(B, POINT_ENTRIES),
     )
+    return of_points, to_joints, midway
 
 
 def undeformed(wall: ElasticWall) -> Position:
     """Return the position in which the wall was drawn, without forces."""
-    nothing = np.zeros_like(wall.stiffness)
+    nothing, slack = np.zeros_like(wall.stiffness), np.kron(wall.midway.sum(axis=1), wall.points.areas)
     pressed, stick = wall.stiffness.T
     tangent = np.column_stack([pressed, np.zeros_like(pressed), stick])
-    return Position(np.zeros(wall.problem.B.shape[0]), nothing, nothing, tangent)
+    forces = np.column_stack([nothing[:, 0], slack])
+    return Position(np.zeros(wall.problem.B.shape[0]), forces, nothing, tangent)
 
 
 def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Position:

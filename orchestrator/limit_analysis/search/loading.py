@@ -121,9 +121,9 @@ class Loaded:
 
 
 def has_path(friction: YieldConditions) -> bool:
-    """Whether joints follow the law of elastic_contact.py: a point in tension bears shear, and none crushes."""
+    """Whether joints follow the law of elastic_contact.py: a point in tension bears shear, and nothing crushes."""
     beyond = friction.slope * friction.tension > (1.0 + ROUNDING) * friction.cohesion
-    return not (friction.crushes.any() or beyond.any())
+    return not ((friction.crushes & ~friction.are_ties).any() or beyond.any())
 
 
 def loaded(
@@ -162,7 +162,7 @@ def in_small_displacements(
     before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
 ) -> Loaded | None:
     """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose."""
-    if len(problem.equilibrium.free_blocks) > most_blocks:
+    if len(problem.equilibrium.free_blocks) > most_blocks and not problem.friction.are_ties.any():
         large = peeled(problem, loads, optimum, local_share, Road(large_path, lambda part: ()), before)
         if large is not None:
             return large

@@ -124,7 +124,7 @@ class StateSearch(Pushing):
         along = float(self.wall.problem.live @ change)
         opened = open_ends(self.wall, position.rates)
         velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
-        forces = equilibrium.unit_force * joint_forces(self.wall.points, position.forces)
+        forces = equilibrium.unit_force * joint_forces(self.wall, position.forces)
         own = LimitSolution(
             multiplier / self.wall.problem.per_multiplier, forces, velocities,
             equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
@@ -187,7 +187,7 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
     return LoadPath(
         multipliers=read_only([one.multiplier / scale for one in rests]),
         displacements=read_only([1.0, *moved]),
-        forces=tuple(read_only(weight * joint_forces(search.wall.points, one.position.forces)) for one in rests),
+        forces=tuple(read_only(weight * joint_forces(search.wall, one.position.forces)) for one in rests),
         state=state,
         factorisations=search.spent,
         seconds=seconds,

@@ -52,14 +52,13 @@ def test_a_lower_state_and_a_higher_bound_are_said(slender):
 
 
 @pytest.mark.parametrize("lowest", [0.45, 0.5])
-def test_less_borne_in_large_displacements_is_the_safe_side(slender, lowest):
-    """Not the lowest state of the wall as drawn, where rigid blocks bear less once they have moved."""
+def test_less_borne_in_large_displacements_is_told(slender, lowest):
+    """It is no safe side: of 92 pushovers finite elements bear 1 % less in 12 than stones that give way at edges."""
     moved = replace(at(slender, lowest=lowest, bound=0.6), rigid_peak=0.44)
     said = answer_of_limit(moved)
-    assert "the lowest on the safe side" not in said
-    assert said.endswith(" On the safe side is λ = 0.44000, the most that rigid blocks bear in large displacements.")
-    assert "On the safe side" not in answer_of_limit(replace(moved, rigid_peak=0.499 * lowest / 0.5))
-    edges = " On the safe side is λ = 0.42000, about what is left in large displacements as stones give way at edges."
+    assert said.endswith(" Lower is λ = 0.44000, the most that rigid blocks bear in large displacements.")
+    assert "Lower is" not in answer_of_limit(replace(moved, rigid_peak=0.499 * lowest / 0.5))
+    edges = " Lower is λ = 0.42000, about what is left in large displacements as stones give way at edges."
     assert answer_of_limit(replace(moved, pressed_peak=0.42)).endswith(edges)
     assert answer_of_limit(replace(moved, rigid_peak=None, pressed_peak=0.42)).endswith(edges)
     assert answer_of_limit(replace(moved, pressed_peak=0.439)) == said, "that rigid blocks bear is as good"
@@ -77,7 +76,7 @@ def test_the_bound_alone_counts_as_no_more_than_that(slender):
     assert "an upper bound only" in said
 
 
-def test_a_state_that_a_wall_was_not_loaded_up_to_is_not_on_the_safe_side(slender):
+def test_a_state_that_a_wall_was_not_loaded_up_to_may_not_be_the_lowest(slender):
     """A facade of 1,174 stones bears 0.273 in finite elements, its smoothed state is 0.300."""
     state = replace(slender.headline, flow_rule="smoothed")
     wide = replace(at(slender, bound=0.6), path=state, sequence=None, lowest=None, pressed_peak=0.42)
@@ -86,12 +85,19 @@ def test_a_state_that_a_wall_was_not_loaded_up_to_is_not_on_the_safe_side(slende
     assert said.startswith("λ = 0.50000 counts (collapse state of smoothed conditions)")
     assert " Lower is λ = 0.42000, about what is left in large displacements as stones give way at edges." in said
     assert said.endswith("it was found at rest up to λ = (0.25000), and may fail in a lower one.")
-    assert "safe side" not in said
     assert answer_of_limit(replace(large, last_rest=None)).endswith(
         " is not loaded as drawn: it may fail in a lower state."
     )
     for known in (replace(large, rigid_peak=0.499), replace(large, last_rest=0.501)):
         assert "may fail in a lower" not in answer_of_limit(known), "it fails, or rests, within 1 % of that state"
+
+
+@pytest.mark.parametrize("rule", ["unloaded", "sequence"])
+def test_of_a_wall_that_was_not_loaded_it_is_said_that_it_may_fail_in_a_lower_state(slender, rule):
+    """A tied facade of 70 stones had 0.409, the bound; loaded it has 0.385."""
+    found = replace(slender, path=replace(slender.path, flow_rule=rule), sequence=None, lowest=None)
+    assert answer_of_limit(found).endswith(" This wall is not loaded: it may fail in a lower state.")
+    assert "This wall is not loaded" not in answer_of_limit(replace(found, going_down=(1,)))
 
 
 def test_a_peak_beside_a_state_that_loading_did_not_lead_to_is_not_put_down_to_geometry(slender):
@@ -118,7 +124,6 @@ def test_beside_a_last_rest_states_found_otherwise_are_told_apart(slender):
     found = replace(slender, path=rest, lowest=replace(slender.path, load_multiplier=0.52), highest=0.55)
     assert "limit states found without loading have 0.52000 to 0.55000; the associative" in answer_of_limit(found)
     assert "such states" not in answer_of_limit(found)
-    assert "On the safe side" not in answer_of_limit(found)
     pressed = answer_of_limit(replace(found, pressed_peak=0.48))
     assert " Lower is λ = 0.48000, about what is left in large displacements" in pressed
 
@@ -234,14 +239,14 @@ IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
             {"pressed_peak": 0.19, **IN_LARGE},
             "large",
             "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones; about -5.0% "
-            "where stones give way at edges: λ = 0.19000, on the safe side, to which smaller elements (mesh.size) come "
+            "where stones give way at edges: λ = 0.19000, to which smaller elements (mesh.size) come "
             "nearer.",
         ),
         (  # 0.2 is more than rigid blocks bear: another state, and no matter of elements
             {"pressed_peak": 0.17, "rigid_peak": 0.18, "large_displacements": 0.18},
             "large",
             "limit analysis takes the stones as rigid: +25.0% in small displacements, -10.0% in large ones; about "
-            "-15.0% where stones give way at edges: λ = 0.17000, on the safe side.",
+            "-15.0% where stones give way at edges: λ = 0.17000.",
         ),
         (
             {"pressed_peak": 0.1985, "rigid_peak": 0.202, "large_displacements": 0.202},
@@ -309,13 +314,13 @@ def test_a_peak_far_off_but_among_states_that_limit_analysis_found_is_told_as_an
     limit = LimitSummary(0.40867, 0.27081, (0.27081, 0.40597), 1, True, 1e-12, 13e3, 1.0)
     found = replace(summary_of(entry("micro", 40.62e3)), limit_analysis=limit)
     takes = "limit analysis (-33.3%) takes the stones as rigid and displacements as small"
-    states = "friction leaves open which state is met: from λ = 0.27081, on the safe side, to 0.40597 were found"
+    states = "friction leaves open which state is met: from λ = 0.27081 to 0.40597 were found"
     assert answer_of_run(found).endswith(f"; {takes}; {states}.")
     alike = replace(summary_of(entry("micro", 27.1e3)), limit_analysis=limit)
     assert "friction leaves open" not in answer_of_run(alike)
     rocking = replace(limit, converged=False, large_displacements=0.27081)
     lower = replace(limit, non_associative_range=(0.2408, 0.28))
-    below = "friction leaves open which state is met: from λ = 0.24080, on the safe side, to 0.28000 were found"
+    below = "friction leaves open which state is met: from λ = 0.24080 to 0.28000 were found"
     assert answer_of_run(replace(alike, limit_analysis=lower)).endswith(f"; {below}.")
     one = replace(limit, non_associative_range=(0.4055, 0.40551))
     assert "leaves open" not in answer_of_run(replace(found, limit_analysis=one)), "one state leaves nothing open"

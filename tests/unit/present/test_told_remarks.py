@@ -226,13 +226,13 @@ ON_PAGES = [
     "λ = 0.13333 counts (elastic joints): base shear 6.400 kN, a collapse state with friction that does not dilate; "
     "there is no upper bound, as joints whose sliding dilates would bear any load.",
     "λ = 0.30000 counts (elastic joints): base shear 3.000 kN, a collapse state with friction that does not dilate; "
-    "such states were found from 0.30000 to 0.32250, the lowest on the safe side, as friction leaves the answer open; "
+    "such states were found from 0.30000 to 0.32250, as friction leaves the answer open; "
     "there is no upper bound, as joints whose sliding dilates would bear any load.",
     "e* = 0.912; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, λ = 0.1614",
     "e* = 0.640 is below 0.75, and counts as 1; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, "
     "λ = 0.1770",
     "λ = 0.36842 counts (elastic joints): base shear 0.2358 kN, a collapse state with friction that does not dilate; "
-    "such states were found from 0.30612 to 0.44828, the lowest on the safe side, as friction leaves the answer "
+    "such states were found from 0.30612 to 0.44828, as friction leaves the answer "
     "open; the associative 0.48359 is an upper bound.",
     "λ = 0.36842 counts (descent from elastic joints, equal springs, turn 2): live load 0.2358 kN upwards, a "
     "collapse state with friction that does not dilate; the associative 0.48359 is an upper bound.",
