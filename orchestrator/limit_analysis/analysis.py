@@ -140,13 +140,14 @@ def non_associative_of(
         most, pushes = settings.path_blocks, settings.large_displacements
         met = loaded(problem, loads, optimum, settings.local_share, most, pushes)
     sequence, remarks = papers_value(problem, optimum, None if met is None else met.state, settings)
-    if sequence is not None and not has_path(problem.friction):
+    is_loaded = has_path(problem.friction) and not (met is None and problem.friction.crushes_joints)
+    if sequence is not None and not is_loaded:
         met = left_by_sequence(problem, loads, optimum, sequence, settings)
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
-    falling = ids_of_falling(problem, met) if has_path(problem.friction) else ()
+    falling = ids_of_falling(problem, met) if is_loaded else ()
     return NonAssociative(met, drawn, falling, sequence, other, remarks)
 
 

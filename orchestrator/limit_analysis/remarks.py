@@ -32,6 +32,8 @@ NO_PATH = (
     "this wall are looked for without"
 )
 """What is said of walls that are not loaded."""
+CRUSHING = "joints that crush are loaded as if they did not: what is met is the nearest state in which they do"
+"""What is said of walls with such joints that are loaded."""
 BONDED = (
     "limit analysis takes bonds as plastic, with their strength in all of a joint at once: finite elements, in which "
     "they break, may bear less (`run`)"
@@ -67,8 +69,9 @@ def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -
     friction = problem.friction
     holds = (friction.cohesion > 0.0) | (friction.tension > 0.0)
     bonded = (BONDED,) if (holds & ~friction.without_shear).any() else ()
-    if not has_path(friction):
+    if not has_path(friction) or (friction.crushes_joints and (met is None or met.is_unloaded)):
         return (NO_PATH, *(local_failures_of(met) if met else ()), *bonded)
+    bonded = (*bonded, *[CRUSHING] * friction.crushes_joints)
     if met is None:
         return (no_rest_words(", ".join(map(str, falling)), len(falling)), *bonded)
     words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)

@@ -241,4 +241,19 @@ def _body(judged: Verdict, say: Callable[[str], str]) -> str:
         ratio=printed("ratio", row["safety_ratio"]),
         passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
     )  # fmt: skip
-    return f"{say(words)} ({', '.join(judged.limit_states)}); {said}"
+    return f"{say(words)} ({', '.join(judged.limit_states)}); {said}{_other_states(judged, row['limit_state'], say)}"
+
+
+def _other_states(judged: Verdict, governing: str, say: Callable[[str], str]) -> str:
+    """Return up to what ground acceleration the wall passes at other limit states that it does not pass."""
+    said = ""
+    for state in judged.limit_states:
+        failed = [row for row in judged.rows if row["limit_state"] == state and row["verified"] == "no"]
+        if failed and state != governing:
+            row = _first_of_least(failed, "safety_ratio")
+            said += "; " + say("at {state} up to {passes} g, {asked} g is asked for").format(
+                state=state,
+                passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}",
+                asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
+            )
+    return said

@@ -76,6 +76,16 @@ class YieldConditions:
         return self.without_shear & (self.crushing <= self.tension)
 
     @property
+    def crushes_joints(self) -> bool:
+        """Whether any joint crushes that is no tie."""
+        return bool((self.crushes & ~self.are_ties).any())
+
+    @property
+    def hard(self) -> YieldConditions:
+        """The same for joints that do not crush."""
+        return replace(self, crushing=read_only(np.where(self.are_ties, self.crushing, np.inf)))
+
+    @property
     def scales_with_load(self) -> bool:
         """Whether joints carry twice as much when they are pressed twice as hard: nothing but friction."""
         return not (self.cohesion.any() or self.tension.any() or self.crushes.any())

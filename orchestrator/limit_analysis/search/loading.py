@@ -121,9 +121,9 @@ class Loaded:
 
 
 def has_path(friction: YieldConditions) -> bool:
-    """Whether joints follow the law of elastic_contact.py: a point in tension bears shear, and nothing crushes."""
+    """Whether joints follow the law of elastic_contact.py, but for crushing: a point in tension bears shear."""
     beyond = friction.slope * friction.tension > (1.0 + ROUNDING) * friction.cohesion
-    return not ((friction.crushes & ~friction.are_ties).any() or beyond.any())
+    return not beyond.any()
 
 
 def loaded(
@@ -162,7 +162,7 @@ def in_small_displacements(
     before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
 ) -> Loaded | None:
     """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose."""
-    if len(problem.equilibrium.free_blocks) > most_blocks and not problem.friction.are_ties.any():
+    if len(problem.equilibrium.free_blocks) > most_blocks and not problem.friction.crushes.any():
         large = peeled(problem, loads, optimum, local_share, Road(large_path, lambda part: ()), before)
         if large is not None:
             return large
@@ -181,9 +181,9 @@ def in_small_displacements(
 
 
 def is_pushed(found: Loaded) -> bool:
-    """Whether a wall is pushed in large displacements: not with joints that hold unpressed, until they break."""
-    held_unpressed = found.part.friction.cohesion.any() or found.part.friction.tension.any()
-    return found.multiplier > 0.0 and not held_unpressed
+    """Whether a wall is pushed in large displacements: not with joints that hold unpressed, until they break, or
+    crush."""
+    return found.multiplier > 0.0 and found.part.friction.scales_with_load
 
 
 def moving_without_load(problem: Problem, met: Loaded | None) -> tuple[int, ...]:

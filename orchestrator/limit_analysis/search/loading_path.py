@@ -73,6 +73,17 @@ class LoadPath:
         """Largest multiplier at which the wall was found at rest."""
         return float(self.multipliers[-1])
 
+    def up_to(self, state: LimitState) -> LoadPath:
+        """Return the path to another state, of less load."""
+        rests, last = int(np.searchsorted(self.multipliers, state.load_multiplier)), len(self.multipliers) - 1
+        return replace(
+            self,
+            multipliers=read_only([*self.multipliers[:rests], state.load_multiplier]),
+            displacements=read_only([*self.displacements[:rests], self.displacements[min(rests, last)]]),
+            forces=(*self.forces[:rests], state.joint_forces),
+            state=state,
+        )
+
     @property
     def soft_from(self) -> float | None:
         """Multiplier from which on the wall moved further than SOFT times its elastic displacement."""
@@ -144,11 +155,23 @@ class StateSearch(Pushing):
 
 
 def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFFNESSES[0]) -> LoadPath | None:
-    """Load a wall whose joints do not crush from gravity until it does not rest any more.
+    """Load a wall from gravity until it does not rest any more.
 
-    associative: the multiplier of Eq. (1), which no state exceeds. Returns None for a wall that does not come to rest
-    under its dead load.
+    associative: the multiplier of Eq. (1), which no state exceeds. Joints that crush are loaded as if they did not;
+    what is met is the nearest state in which they do. Returns None for a wall that does not come to rest under its dead
+    load, or of which there is no such state.
     """
+    if not problem.friction.crushes_joints:
+        return _loaded(problem, associative, stiffness)
+    found = _loaded(replace(problem, friction=problem.friction.hard), associative, stiffness)
+    if found is None or found.state is None or not found.state.converged:
+        return None
+    closing = Closing(problem, np.ones_like(found.state.joint_forces))
+    state = closing.near(found.state, found.state.mechanism.slip, 0.0, np.inf)
+    return None if state is None else found.up_to(state)
+
+
+def _loaded(problem: Problem, associative: float, stiffness: Stiffness) -> LoadPath | None:
     started = perf_counter()
     search = StateSearch(problem.measured_by_load(associative), stiffness)
     stands = search.gravity()

@@ -10,7 +10,7 @@ from orchestrator.assessment.seismic.in_space import BOUND_ONLY, HEADLINE_ONLY
 from orchestrator.assessment.seismic.kinematic_checks import NOT_TURNING
 from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND
 from orchestrator.limit_analysis.gravity import falls
-from orchestrator.limit_analysis.remarks import NO_PATH
+from orchestrator.limit_analysis.remarks import CRUSHING, NO_PATH
 from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN
 from orchestrator.macroblocks.refinement import HELD
 from orchestrator.present.page.verdict_page import verdict_contents
@@ -31,6 +31,7 @@ ON_PAGES = [
     STEEP,
     # limit analysis
     NO_PATH,
+    CRUSHING,
     "WARNING: only stones 40, 42 (3.7 % of the dead load) move at the multiplier that counts: what is left may bear "
     "more; analyse the wall without them, too",
     "from 0.2883 on displacements are large",

@@ -35,6 +35,14 @@ def test_the_least_ratio_of_all_load_cases_governs():
     assert "up to a ground acceleration of 0.220 g, 0.200 g is asked for" in said
 
 
+def test_every_limit_state_that_is_not_passed_has_its_ground_acceleration():
+    """A wall passed up to 0.193 g at SLC, for 0.18 g asked for at SLV, where it passes up to 0.163 g alone."""
+    found = of(a=summary(check(0.9), check(0.8, "NC")), b=summary(check(0.85), check(1.2, "DL")))
+    assert sentence(found).endswith(
+        "to a ground acceleration of 0.160 g, 0.200 g is asked for; at SD up to 0.170 g, 0.200 g is asked for."
+    )
+
+
 def test_of_load_cases_that_differ_by_rounding_the_first_governs():
     """A wall that is its own mirror image, pushed both ways."""
     assert of(plus=summary(peak=9e3 * (1.0 + 1e-9)), minus=summary(peak=9e3)).governing["load_case"] == "plus"
