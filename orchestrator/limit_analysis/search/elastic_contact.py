@@ -209,7 +209,7 @@ def of_points(
     pulls, pushes = (np.where(ties, strength, 0.0) / unit_force for strength in (coulomb.tension, coulomb.crushing))
     midway = np.outer(0.25 * (pushes - pulls), [1.0, 1.0, 0.0])
     B = (problem.B @ to_joints).tocsr()
-    of_points = replace(
+    found = replace(
         problem,
         B=B,
         B_T=B.T.tocsr(),
@@ -218,7 +218,7 @@ def of_points(
         cohesion=np.kron(problem.cohesion + 0.5 * (pulls + pushes), points.areas),
         stiffness=WallStiffness(B, POINT_ENTRIES),
     )
-    return of_points, to_joints, midway
+    return found, to_joints, midway
 
 
 def undeformed(wall: ElasticWall) -> Position:
