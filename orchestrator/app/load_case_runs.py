@@ -15,6 +15,7 @@ from orchestrator import storage
 from orchestrator.app import driver, load_cases, pushover_run
 from orchestrator.app.driver import Outcome
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
+from orchestrator.assessment.seismic.settings import SeismicSettings
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, resumable
 from orchestrator.basis.parallel import on_root, on_root_while, workers
 from orchestrator.macroblocks.bodies import make_bodies
@@ -203,11 +204,12 @@ def rebuild(folder: Path) -> Path:
 
 def _finished_in(folder: Path) -> list[Path]:
     """Return the folders of the load cases that have curves. Raises CaseError where one is not as it was when all were
-    done, or a verification of it is not made."""
+    done, a verification of it is not made, or it is of another action than that of the first."""
     with telling_damage(folder):
         listed = {
             folder / entry["name"]: entry["summary_sha256"] for entry in storage.read_json(folder / INDEX)["load_cases"]
         }
+    actions = dict[str, SeismicSettings | None]()
     for one, digest in listed.items():
         path = one / "summary.json"
         if path.is_file():
@@ -216,6 +218,11 @@ def _finished_in(folder: Path) -> list[Path]:
                 problem = "is of another run than its neighbours"
                 raise CaseError("", problem, "`run` the load cases with --resume, or run them anew", str(path))
             refuse_verification(case)
+            actions[one.name] = case.seismic
+            first, action = next(iter(actions.items()))
+            if case.seismic != action:
+                remedy = "one verdict is of one action, one factor of confidence"
+                raise CaseError("seismic", f"is not that of load case {first}", remedy, str(one / "case.toml"))
         elif digest is not None:
             raise missing(path)
     return [one for one, digest in listed.items() if digest is not None]

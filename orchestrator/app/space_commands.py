@@ -176,7 +176,11 @@ def table(analysis: SpaceAnalysis) -> Table:
 
     In place of the base shear stands a live load that has none: an upright one.
     """
-    title = f"Limit analysis in space, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.1f} s"
+    weight, base_shear = analysis.weight, analysis.horizontal_load
+    weighs = f"weight {weight / 1e3:.3f} kN"
+    if analysis.upright_load is None and abs(base_shear - weight) > 1e-9 * weight:  # floors, or forces that are given
+        weighs = f"weight of the blocks {weight / 1e3:.3f} kN, base shear {base_shear / 1e3:.3f} kN at λ = 1"
+    title = f"Limit analysis in space, {weighs}, {analysis.seconds:.1f} s"
     result = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title=title)
     load = "base shear\nkN" if analysis.upright_load is None else "live load\nkN"
     for column in ("", "multiplier", load, "time\ns", "residuals:\nbalance", "\nflow", "\npower"):

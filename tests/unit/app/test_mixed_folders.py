@@ -133,6 +133,16 @@ def test_a_load_case_of_another_run_is_named(runs, tmp_path, capsys, missing):
     refused(folder, capsys, "pull/summary.json", "is of another run than its neighbours")
 
 
+def test_one_verdict_is_of_one_action(runs, tmp_path, capsys):
+    """Load cases of which one was given another action were judged together."""
+    folder = shutil.copytree(runs / "rough cases", tmp_path / "run")
+    case = folder / "pull" / "case.toml"
+    written = case.read_text()
+    case.write_text(written.replace("confidence_factor = 1.35\n", "confidence_factor = 1.2\n"))
+    assert case.read_text() != written
+    refused(folder, capsys, "pull/case.toml", "seismic: is not that of load case push")
+
+
 def test_a_part_of_the_last_load_case_is_named_before_the_first_is_drawn(runs, tmp_path, capsys):
     folder = shutil.copytree(runs / "rough cases", tmp_path / "run")
     shutil.copy(runs / "smooth cases" / "pull" / "macro" / "curve.csv", folder / "pull" / "macro")
