@@ -253,3 +253,24 @@ def test_of_a_peak_far_above_limit_analysis_it_is_said_that_stones_have_fallen_h
     pushed = replace(PUSHED, model="micro", bodies=3, peak_multiplier=peak, at_peak=storage.AtPeak(fallen=0.043))
     said = " ".join(storage.remarks(replace(found, limit_analysis=limit, pushover=(pushed,))))
     assert "every stone bears in limit analysis, with what has fallen here in its place: friction may lead" in said
+
+
+@pytest.mark.parametrize(
+    ("of", "share", "said"),
+    [
+        ({}, 0.89, True),
+        ({}, 0.91, False),
+        ({"interval": (0.5, 1.0)}, 0.89, False),
+        ({"pressed_peak": 0.95}, 0.89, False),
+        ({"going_down": (1,)}, 0.89, False),
+    ],
+)
+def test_every_stone_far_below_limit_analysis_is_told(of, share, said):
+    """Arches of four and five voussoirs bore a third and half of what they bear in short elements, without a word."""
+    found = summary()
+    load = found.limit_analysis.multiplier
+    times = {"interval": lambda ends: tuple(load * end for end in ends), "pressed_peak": lambda part: load * part}
+    limit = replace(found.limit_analysis, **{name: times.get(name, tuple)(value) for name, value in of.items()})
+    pushed = replace(PUSHED, model="micro", bodies=3, peak_multiplier=share * load)
+    remarks = storage.remarks(replace(found, limit_analysis=limit, pushover=(pushed,)))
+    assert any("below" in remark and "compare with a quarter of mesh.size" in remark for remark in remarks) is said
