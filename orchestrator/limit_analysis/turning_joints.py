@@ -97,12 +97,12 @@ def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None
     """Return displacements along the live load in m, all above 0, and multipliers (s, 2) of rigid blocks there: those
     that were followed or, of walls that were not pushed, a line with the slope of the beginning.
 
-    None where that has none, as joints hold unpressed, until they break, or crush, or no limit state was closed.
+    None where that has none, as joints pull until they break, or crush, or no limit state was closed.
     """
     known, joints, state = analysis.rigid_curve, assemblage.joints, analysis.headline
     if known is not None:
         return known[known[:, 0] > 0.0] if (known[:, 0] > 0.0).any() else None
-    holds = joints.cohesion.any() or joints.tensile_strength.any()
+    holds = joints.tensile_strength.any()
     closed = state.converged and state is not analysis.associative
     if holds or not closed or np.isfinite(joints.compressive_strength).any():
         return None

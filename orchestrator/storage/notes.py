@@ -151,7 +151,6 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
             f"where bonds crack: refine mesh.size, {millimetres(pushed.crack_size)} are enough"
         )
     if not is_beyond_the_drawn(pushed, limit, stones):
-        said += _far_short(pushed, limit, stones)
         found = max(limit.multiplier, limit.large_displacements or 0.0)
         far = not pushed.held and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * found
         if far and is_of_every_stone(pushed, stones):
@@ -253,6 +252,7 @@ def remarks(summary: Summary) -> list[str]:
         if pushed.valid and (why := why_not(pushed, summary.limit_analysis, stones)):
             said.append(why)
         said += cautions(pushed, summary.limit_analysis, stones)
+        said += [] if summary.wall.bonded else _far_short(pushed, summary.limit_analysis, stones)  # bonds break
         bound = bound_at_peak(pushed, summary.limit_analysis)
         of_stones = pushed.held or is_of_every_stone(pushed, stones)
         if not of_stones and pushed.peak_multiplier > (1.0 + BEYOND) * bound:

@@ -101,14 +101,26 @@ def test_a_wall_that_is_not_pushed_bears_in_finite_elements_what_one_that_is_doe
     assert one == pytest.approx(other, rel=3e-3)
 
 
-@pytest.mark.parametrize(
-    "law", [{"cohesion": 1e4}, {"cohesion": 1e4, "tensile_strength": 1e4}, {"compressive_strength": 5e6}]
-)
-def test_joints_that_break_or_crush_have_no_such_slope(law):
-    """A bond is gone before the wall moves so far, and a toe that crushes is as long as its strength says."""
+def column(**law):
     stones = [box(0.0, 0.0, 0.5, 1.0), box(0.0, 1.0, 0.5, 1.0)]
     wall = assemblage_of([box(-0.5, -0.2, 1.5, 0.2), *stones], friction=0.6).wall
-    assemblage = find_joints(wall, JointSettings(classes=(JointClass(**law),)))
+    return find_joints(wall, JointSettings(classes=(JointClass(**law),)))
+
+
+def test_cohesion_without_tension_leaves_edges_as_they_are():
+    """A facade of 52 stones bore 2 % more in finite elements with a cohesion of 1 Pa: its elements were all alike."""
+    bare, held = column(friction=0.6), column(cohesion=1.0)
+    loose, bonded = analyse(bare, NOT_PUSHED), analyse(held, NOT_PUSHED)
+    lengths = pressed_at_hinges(bare, loose)
+    assert lengths.any()
+    assert pressed_at_hinges(held, bonded) == pytest.approx(lengths, rel=1e-4)
+    assert bonded.pressed_peak == pytest.approx(loose.pressed_peak, rel=1e-4)
+
+
+@pytest.mark.parametrize("law", [{"cohesion": 1e4, "tensile_strength": 1e4}, {"compressive_strength": 5e6}])
+def test_joints_that_break_or_crush_have_no_such_slope(law):
+    """A bond is gone before the wall moves so far, and a toe that crushes is as long as its strength says."""
+    assemblage = column(**law)
     found = analyse(assemblage, NOT_PUSHED)
     assert not pressed_at_hinges(assemblage, found).any()
     assert found.pressed_peak is None
