@@ -190,9 +190,8 @@ class Pushover:
             return self._loaded(moved, total)
         driving = self._driving_what_moves(state, last.change.ravel())
         if driving is not None:
-            asked = [
-                attempt.tried for attempt in trial.attempts if attempt.action == LOADED
-            ]  # the wall moves, not a part
+            # the wall moves, and not a part alone: it goes on by what was found before, half of what was asked at most
+            asked = [0.5 * attempt.tried for attempt in trial.attempts if attempt.action == LOADED]
             return replace(moved.then(why, "what moves is driven", total, driving), size=max([driving.step[0], *asked]))
         if state.phase == "load" and trial.size > ONSET * self._largest("load"):
             return replace(moved.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
