@@ -172,6 +172,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
 
 
 def _loaded(problem: Problem, associative: float, stiffness: Stiffness) -> LoadPath | None:
+    """Return the path of a wall whose joints do not crush."""
     started = perf_counter()
     search = StateSearch(problem.measured_by_load(associative), stiffness)
     stands = search.gravity()
