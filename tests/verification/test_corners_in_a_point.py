@@ -28,7 +28,8 @@ WALLS = {
 def test_stones_that_meet_in_a_point_slide_at_the_load_of_limit_analysis(wall, direction):
     """Of seven stones and nine two broke off before their peak: the solution of the linear system came no nearer. The
     thin ones to +x bore 0.520 for 0.459 on a face that a corner had left. Six, eight and ten stones broke off up to
-    23 % short, or found no rest under gravity: every step of a motion had a third of the last one's length."""
+    23 % short, or found no rest under gravity: every step of a motion had a third of the last one's
+    length, without end."""
     assemblage, load = find_joints(read_blocks(DATA / f"{wall}.json"), JointSettings()), LoadSettings(direction)
     analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     done = push(assemblage, analysis, one_body_per_block(assemblage), load)
