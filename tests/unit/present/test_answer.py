@@ -53,7 +53,7 @@ def test_a_lower_state_and_a_higher_bound_are_said(slender):
 
 @pytest.mark.parametrize("lowest", [0.45, 0.5])
 def test_less_borne_in_large_displacements_is_told(slender, lowest):
-    """It is no safe side: of 92 pushovers finite elements bear 1 % less in 12 than stones that give way at edges."""
+    """It is no safe side: of 92 pushovers finite elements bear 1 % less in 13 than stones that give way at edges."""
     moved = replace(at(slender, lowest=lowest, bound=0.6), rigid_peak=0.44)
     said = answer_of_limit(moved)
     assert said.endswith(" Lower is λ = 0.44000, the most that rigid blocks bear in large displacements.")
