@@ -15,7 +15,6 @@ from orchestrator import storage
 from orchestrator.app import driver, load_cases, pushover_run
 from orchestrator.app.driver import Outcome
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
-from orchestrator.assessment.seismic.settings import SeismicSettings
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, resumable
 from orchestrator.basis.parallel import on_root, on_root_while, workers
 from orchestrator.macroblocks.bodies import make_bodies
@@ -209,7 +208,7 @@ def _finished_in(folder: Path) -> list[Path]:
         listed = {
             folder / entry["name"]: entry["summary_sha256"] for entry in storage.read_json(folder / INDEX)["load_cases"]
         }
-    actions = dict[str, SeismicSettings | None]()
+    first: tuple[str, Case] | None = None
     for one, digest in listed.items():
         path = one / "summary.json"
         if path.is_file():
@@ -218,11 +217,10 @@ def _finished_in(folder: Path) -> list[Path]:
                 problem = "is of another run than its neighbours"
                 raise CaseError("", problem, "`run` the load cases with --resume, or run them anew", str(path))
             refuse_verification(case)
-            actions[one.name] = case.seismic
-            first, action = next(iter(actions.items()))
-            if case.seismic != action:
+            first = first or (one.name, case)
+            if case.seismic != first[1].seismic:
                 remedy = "one verdict is of one action, one factor of confidence"
-                raise CaseError("seismic", f"is not that of load case {first}", remedy, str(one / "case.toml"))
+                raise CaseError("seismic", f"is not that of load case {first[0]}", remedy, str(one / "case.toml"))
         elif digest is not None:
             raise missing(path)
     return [one for one, digest in listed.items() if digest is not None]

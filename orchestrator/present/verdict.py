@@ -238,8 +238,7 @@ def _body(judged: Verdict, say: Callable[[str], str]) -> str:
         )
     said = say(text).format(
         load_case=say(row["load_case"]), state=row["limit_state"], check=say(row["check"]),
-        ratio=printed("ratio", row["safety_ratio"]),
-        passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
+        ratio=printed("ratio", row["safety_ratio"]), **_accelerations(row),
     )  # fmt: skip
     return f"{say(words)} ({', '.join(judged.limit_states)}); {said}{_other_states(judged, row['limit_state'], say)}"
 
@@ -251,9 +250,12 @@ def _other_states(judged: Verdict, governing: str, say: Callable[[str], str]) ->
         failed = [row for row in judged.rows if row["limit_state"] == state and row["verified"] == "no"]
         if failed and state != governing:
             row = _first_of_least(failed, "safety_ratio")
-            said += "; " + say("at {state} up to {passes} g, {asked} g is asked for").format(
-                state=state,
-                passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}",
-                asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
-            )
+            text = say("at {state} up to {passes} g, {asked} g is asked for")
+            said += f"; {text.format(state=state, **_accelerations(row))}"
     return said
+
+
+def _accelerations(row: Mapping[str, Any]) -> dict[str, str]:
+    """Return up to what ground acceleration a check passes, and what is asked for, as printed, over gravity."""
+    keys = {"passes": "capacity_ag_m_per_s2", "asked": "ag_m_per_s2"}
+    return {name: f"{row[key] / GRAVITY:.3f}" for name, key in keys.items()}

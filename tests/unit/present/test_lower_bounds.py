@@ -266,7 +266,7 @@ def test_of_a_peak_far_above_limit_analysis_it_is_said_that_stones_have_fallen_h
     ],
 )
 def test_every_stone_far_below_limit_analysis_is_told(of, share, said):
-    """Arches of four and five voussoirs bore a third and half of what they bear in short elements, without a word."""
+    """Arches of four and five voussoirs bore half of what they bear in short elements, and less, without a word."""
     found = summary()
     load = found.limit_analysis.multiplier
     times = {"interval": lambda ends: tuple(load * end for end in ends), "pressed_peak": lambda part: load * part}
