@@ -54,7 +54,10 @@ def heal(
 
 
 def _corners(ring: FloatArray) -> FloatArray:
-    """Return the ring (n, 2) without points on its straight edges, as the corners of other blocks are."""
+    """Return the ring (n, 2) without points that come twice in a row, or lie on its straight edges as the corners of
+    other blocks do."""
+    apart = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    ring = ring[~(apart < SAME_POINT * np.ptp(ring, axis=0).max())]
     chord, arm = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0), ring - np.roll(ring, 1, axis=0)
     height = np.abs(cross(chord, arm))
     corners = ring[~(height < SAME_POINT * np.sum(chord**2, axis=1))]
