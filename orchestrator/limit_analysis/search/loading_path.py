@@ -207,7 +207,7 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
     if at_rest:
         state = replace(at_rest[0 if peak.multiplier > 0.0 else -1], flow_rule="last_rest", converged=False)
     moved = [search.moved(one.position) / (one.multiplier * search.elastic) for one in rests[1:]]
-    weight = search.problem.equilibrium.unit_force
+    weight, is_lost = search.problem.equilibrium.unit_force, way.is_lost and not search.is_spent
     return LoadPath(
         multipliers=read_only([one.multiplier / scale for one in rests]),
         displacements=read_only([1.0, *moved]),
@@ -215,7 +215,7 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
         state=state,
         factorisations=search.spent,
         seconds=seconds,
-        not_at_rest=way.held / scale if way.is_lost else np.inf,
-        given_up=not way.is_lost and way.met is None,
+        not_at_rest=way.held / scale if is_lost else np.inf,
+        given_up=not is_lost and way.met is None,
         counts=dict(search.counts),
     )

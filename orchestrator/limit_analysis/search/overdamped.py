@@ -37,7 +37,7 @@ LOST = 1e3
 FALLEN = 1e12
 """Displacement, in elastic ones of a mean block's weight, beyond which no digit is left for what is elastic."""
 REST_BUDGET = 600
-"""Factorisations of a rest."""
+"""Factorisations of a rest; the load that is held last has all that are left."""
 GRAVITY_BUDGET = 800
 """Factorisations of gravity."""
 BUDGET = 12_000_000

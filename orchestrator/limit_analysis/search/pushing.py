@@ -110,8 +110,8 @@ class Pushing(Overdamped):
         return -np.inf
 
     def budget_held(self, peak: Moved, last: Moved) -> int:
-        """Factorisations for the load held above a peak; last: where displacements ended."""
-        return REST_BUDGET
+        """Factorisations for the load held last above a peak; last: where displacements ended."""
+        return self.most - self.spent
 
     def shortest(self, here: Moved) -> float:
         """Displacement prescribed next that leads nowhere."""

@@ -134,8 +134,8 @@ class DisplacedWallSearch(StateSearch):
         return here.borne < self.too_little(peak) or self.since(peak, here) > self.far
 
     def budget_held(self, peak: Moved, last: Moved) -> int:
-        """Factorisations for the load held above a peak: all that are left where the curve has not shown a fall."""
-        return REST_BUDGET if self.is_past(peak, last) else self.most - self.spent
+        """Factorisations for the load held last above a peak: few where the curve has shown a fall."""
+        return REST_BUDGET if self.is_past(peak, last) else super().budget_held(peak, last)
 
     def since(self, peak: Moved, here: Moved) -> float:
         """Return how far the fastest block has moved from one equilibrium to another, in block lengths."""
