@@ -31,11 +31,10 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, stones_of
 from orchestrator.macroblocks.refinement import (
     Borne,
-    alike,
     finer,
     is_enough,
+    may_be_last,
     more_bodies,
-    off_limit_analysis,
     remarked,
 )
 from orchestrator.masonry.joints import Assemblage
@@ -77,9 +76,8 @@ def push_and_refine(
     said, borne, stones = partition.remarks, [*earlier], stones_of(assemblage)
 
     def suffices(multiplier: float) -> bool:
-        """Whether those that are pushed now may be the last: not if they bear more than rigid blocks do."""
-        last = more_bodies(next_one.count, stones) is None
-        return last or off_limit_analysis(analysis, multiplier) <= alike(margin)
+        """Whether those that are pushed now may be the last."""
+        return more_bodies(next_one.count, stones) is None or may_be_last(analysis, margin, multiplier)
 
     next_one = partition
     while True:
