@@ -11,12 +11,14 @@ import pytest
 from mpi4py import MPI
 
 from orchestrator import JointSettings, LoadSettings, analyse, find_joints, one_body_per_block, push
-from orchestrator.loads import loads_on
+from orchestrator.loads import DeadLoad, loads_on
 from orchestrator.masonry.patterns import running_bond
+from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
+from tests.support.paths import DATA
 from tests.support.pushover_chain import model_of, rectangle
 
 FRICTION, AT_THE_EDGE = 0.4, 0.9
@@ -65,3 +67,17 @@ def test_a_course_of_which_each_stone_can_go_alone_slides_off_in_few_increments(
     assert not done.complaints
     assert done.capacity.peak_multiplier == pytest.approx(0.35 * 72 / (12 * 11.5), rel=1e-3)
     assert done.summary.steps < 200
+
+
+@pytest.mark.long
+def test_a_stone_that_slides_in_its_pocket_does_not_hold_the_curve_up():
+    """At its coefficient of friction, 0.6, after the wall has lost 19 %: increments of the elastic slip, up to 2,000 of
+    them, in which nothing else moved. Then the wall takes up load again, up to 0.70."""
+    load = LoadSettings("-x", dead=(DeadLoad(level=2.4, line_load=10e3),))
+    wall = read_blocks(DATA / "facade_46_stones.json")
+    assemblage = find_joints(wall, JointSettings())
+    analysis = analyse(assemblage, loads=loads_on(wall, load))
+    stepping = SteppingSettings(largest_increments=200)
+    done = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=stepping)
+    assert done.summary.stopped_because == "base shear 20 % below its peak"
+    assert done.capacity.peak_multiplier == pytest.approx(analysis.rigid_peak, rel=0.03)

@@ -185,7 +185,8 @@ class Pushover:
             if last.base_shear < state.base_shear and self._is_alone(trial, whole):  # it creeps from rest to rest
                 return self._loaded(moved, total)
             attempts = moved.then(why, RESTED, total - last.iterations).attempts
-            return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
+            again = any(attempt.action == RESTED for attempt in state.attempts)
+            return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim, again))]
         if self._slides_alone(trial, last.change.ravel()):
             return self._loaded(moved, total)
         driving = self._driving_what_moves(state, last.change.ravel())
@@ -284,13 +285,14 @@ class Pushover:
             return self.stepping.load_increment * self.expected_multiplier
         return self.solver.largest_displacement
 
-    def _anew(self, aim: Aim) -> tuple[float, float]:
+    def _anew(self, aim: Aim, again: bool = False) -> tuple[float, float]:
         """Return the next increment after a slip or a motion, and the last one, in the unit of the phase.
 
-        Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip.
+        Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip,
+        or twice the last one where it rests `again` after a motion, as it did in the increment before.
         """
         if aim.phase == "displacement":
-            return min(self.model.slip_tolerance, self._largest(aim.phase)), aim.size
+            return min(2.0 * aim.size if again else self.model.slip_tolerance, self._largest(aim.phase)), aim.size
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 
