@@ -41,7 +41,7 @@ MOST = 200
 """bodies that are pushed at most in the place of fewer: more take minutes, and every stone is there to be asked for"""
 
 BEYOND = 2.0
-"""times the margin by which bodies may bear more than limit analysis for the same twice in a row to count"""
+"""times the margin by which bodies may bear more than rigid blocks for the same twice in a row to count"""
 
 FAR_BELOW = 0.05
 """part by which bodies may bear less than rigid blocks in large displacements for the same twice in a row to count"""
@@ -114,7 +114,7 @@ def alike(margin: float) -> float:
 
 
 def may_be_last(analysis: LimitAnalysis, margin: float, multiplier: float) -> bool:
-    """Return whether macroblocks that bear a multiplier may be the last: not if it is more than rigid blocks bear."""
+    """Return whether macroblocks that bear a multiplier may be the last: not if it is more than all of limit analysis."""
     return off_limit_analysis(analysis, multiplier) <= BEYOND * alike(margin)
 
 
@@ -134,7 +134,7 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     if (1.0 - alike(margin)) * least <= last.multiplier <= (1.0 + alike(margin)) * most:
         return same[-1:] == [True] or 2 * last.bodies > FEW * stones
     known = last.in_large and analysis.rigid_peak is not None
-    near = may_be_last(analysis, margin, last.multiplier) and not (known and off < -FAR_BELOW)
+    near = last.multiplier <= (1.0 + BEYOND * alike(margin)) * most and not (known and off < -FAR_BELOW)
     return near and same[-2:] == [True, True] and last.bodies > FEW * stones
 
 
