@@ -114,7 +114,7 @@ def alike(margin: float) -> float:
 
 
 def may_be_last(analysis: LimitAnalysis, margin: float, multiplier: float) -> bool:
-    """Return whether macroblocks that bear a multiplier may be the last: not if it is more than all of limit analysis."""
+    """Return whether bodies that bear a multiplier may be the last: not if it is more than all of limit analysis."""
     return off_limit_analysis(analysis, multiplier) <= BEYOND * alike(margin)
 
 
