@@ -30,6 +30,9 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.faces import STRAIGHT, Faces
 from orchestrator.pushover.contact.frames import Frames
 
+AT_END = 1e-4
+"""part of a face's length: a corner as near to an end of it was drawn in that"""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CornerPairs:
@@ -152,8 +155,11 @@ def corner_pairs(bodies: Bodies, faces: Faces, turned: float) -> CornerPairs:
     over_next = _in_front(sides[corner][:, None], faces.normal[beyond]) > -np.sin(turned)
     comes_to_own = _in_front(sides[ends], faces.normal[own]) > np.sin(turned)
     leads = ~comes_to_own | (bend[ends] > bend[corner][:, None] + STRAIGHT)
+    to_ends = faces.start[corner][:, None] - np.stack([faces.start[face], faces.end[face]], axis=1)
+    slides_by = np.linalg.norm(to_ends, axis=2) < AT_END * faces.length[face][:, None]
+    slides_by &= _dot(faces.normal[own], faces.normal[beyond]) < -np.cos(turned)
     rises = bend[ends] <= 0.0
-    notch = (rises | (filled & leads)) & ~blocked
+    notch = (rises | (filled & leads & ~slides_by)) & ~blocked
     return CornerPairs(
         slave=read_only(arriving[corner], np.int64),
         master=read_only(face, np.int64),
