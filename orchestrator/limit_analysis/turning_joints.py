@@ -72,7 +72,10 @@ def _turning(
     assemblage: Assemblage, analysis: LimitAnalysis
 ) -> tuple[FloatArray, FloatArray, FloatArray, float | None] | None:
     """Return forces (joints, 2) in N at the ends of joints, the lengths (joints,) in m that they are pressed over when
-    the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on."""
+    the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on.
+
+    The curve of rigid blocks that snap at their peak ends there, and nothing grows on.
+    """
     joints, headline = assemblage.joints, analysis.headline
     velocities = headline.mechanism.velocities
     power, live = (analysis.loads.live * velocities).sum(), headline.live_total
@@ -89,8 +92,8 @@ def _turning(
     pressed = np.minimum(pressed, joints.length)
     takes = force * turn * pressed / (3.0 * live)
     left = bears - takes.sum(axis=1)
-    most = int(np.argmax(left))
-    return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 else None
+    most, snaps = int(np.argmax(left)), analysis.rigid_curve is not None and analysis.rigid_peak is not None
+    return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 or snaps else None
 
 
 def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None:

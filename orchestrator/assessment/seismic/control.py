@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from orchestrator.assessment.seismic.settings import SeismicSettings
 from orchestrator.basis.arrays import FloatArray, IntArray
@@ -23,7 +24,7 @@ from orchestrator.loads.block_loads import horizontal
 from orchestrator.loads.dead_loads import AT_LEVEL, extra_dead_loads, top_of
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.masonry.wall import Wall
+from orchestrator.masonry.wall import Wall, shapes
 
 NONE = frozenset[int]()
 """no blocks"""
@@ -119,8 +120,8 @@ def candidates(assemblage: Assemblage, load: LoadSettings, gone: frozenset[int] 
 
 
 def uncovered(assemblage: Assemblage, gone: frozenset[int] = NONE) -> IntArray:
-    """Return the positions of the free blocks of whose tops others cover no more than COVERED, all where none is; those
-    that are `gone` are no roof and cover none."""
+    """Return the positions of the free blocks of whose tops others cover no more than COVERED, with none above them as
+    above a sill, all where none is; those that are `gone` are no roof and cover none."""
     wall = assemblage.wall
     centroids = block_centroids(wall)
     covered = np.zeros(len(wall.blocks))
@@ -131,7 +132,13 @@ def uncovered(assemblage: Assemblage, gone: frozenset[int] = NONE) -> IntArray:
         covered[lower] += run[joint, 0] * (upper not in gone)
     free = [position for position, block in enumerate(wall.blocks) if not block.fixed and position not in gone]
     bare = [k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]]
-    return np.array(bare or free, dtype=np.int64)
+    middle = np.array([top_of(wall.blocks[k].polygon)[1] for k in bare]).reshape(-1, 2)
+    sky = np.column_stack([middle[:, 0], np.full(len(bare), max(block.polygon[:, 1].max() for block in wall.blocks))])
+    line, above = shapely.STRtree(shapes(wall)).query(
+        shapely.linestrings(np.stack([middle, sky], axis=1)), "intersects"
+    )
+    hidden = {bare[k] for k, other in zip(line, above, strict=True) if other != bare[k] and other not in gone}
+    return np.array([k for k in bare if k not in hidden] or free, dtype=np.int64)
 
 
 def velocity_of_tops(wall: Wall, mechanism: Mechanism) -> FloatArray:

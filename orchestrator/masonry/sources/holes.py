@@ -22,9 +22,11 @@ def said_holes(wall: Wall) -> list[str]:
     if not len(area):
         return []
     median, largest = float(np.median(area)), float(area.max())
-    together = shapely.union_all(shapely.buffer(outlines, 0.5 * CRACK * np.sqrt(median), join_style="mitre"))
-    rings = [ring for part in shapely.get_parts(together) for ring in part.interiors]
-    holes = [hole for hole in map(shapely.Polygon, rings) if SIZES[0] * median < hole.area < SIZES[1] * largest]
+    crack = 0.5 * CRACK * np.sqrt(median)
+    together = shapely.union_all(shapely.buffer(outlines, crack, join_style="mitre"))
+    rings = [shapely.Polygon(ring) for part in shapely.get_parts(together) for ring in part.interiors]
+    whole = shapely.buffer(rings, crack, join_style="mitre")
+    holes = [hole for hole in whole if SIZES[0] * median < hole.area < SIZES[1] * largest]
     named = [_place(hole) for hole in sorted(holes, key=lambda hole: hole.bounds[1::-1])]
     return [f"{counted(len(holes), 'hole')} of a stone's size between stones: {few(named)}"] if holes else []
 

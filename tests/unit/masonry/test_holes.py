@@ -32,6 +32,13 @@ def test_a_stone_that_was_left_out_is_named_with_place_and_size(tmp_path):
     ]
 
 
+def test_a_hole_is_as_large_as_the_stone_that_was_there():
+    """It was smaller by a thousandth of a stone's size, 0.799 m."""
+    wall = running_bond(4, 6, block_length=0.8, block_height=0.8)
+    (said,) = said_holes(without(wall, at(wall, 1.2, 2.0)))
+    assert "0.8 m x 0.8 m at (1.2, 2) m" in said
+
+
 def test_an_opening_of_row_notation_is_no_hole(tmp_path):
     file = tmp_path / "wall.txt"
     courses = "250: 500 500 500 500\n250: 250 500 -500 500 250\n250: 500 500 500 500"

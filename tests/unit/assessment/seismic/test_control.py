@@ -54,6 +54,12 @@ def test_what_a_loose_stone_covered_is_a_roof_once_it_has_gone():
     assert uncovered(assemblage, gone=frozenset({2})).tolist() == [1]
 
 
+def test_the_sill_of_a_window_is_no_roof():
+    piers = upright(1, 0, 0, 0.5, 2), upright(2, 1.5, 0, 0.5, 2)
+    wall = wall_of(*piers, upright(3, 0.5, 0, 1, 0.8), upright(4, 0, 2, 2, 0.3))
+    assert uncovered(find_joints(wall, JointSettings())).tolist() == [4]
+
+
 def test_stones_that_come_loose_first_are_verified_not_the_wall_without_them():
     """The slender tower is 2.9 % of the weight, a local failure at 0.1 / 0.6; the squat one tips at 1 / 2."""
     assemblage = two_towers()
