@@ -3,8 +3,8 @@
     python benchmarks/facades.py
 
 Each facade has openings in two storeys and is pushed along +x with the defaults and the meshes of `run`, to its default
-end; every stone of the larger one to its peak only: the first increment at which the base shear is PAST below it.
-Writes facades.csv beside this file.
+end. (That the base shear is 2 % below its largest is no sign of a peak: every stone of the larger one falls by 6 % at
+0.273, and goes on to 0.284.) Writes facades.csv beside this file.
 """
 
 from __future__ import annotations
@@ -42,8 +42,6 @@ from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
 HERE = Path(__file__).resolve().parent
-PAST = 0.02
-"""part of the peak by which the base shear has fallen where it is passed"""
 OF_500 = ((1.2, 2.2, 1.1, 2.7), (3.2, 4.2, 0.0, 2.4), (5.2, 6.2, 1.1, 2.7), (1.2, 2.2, 3.8, 5.2), (5.2, 6.2, 3.8, 5.2))
 OF_1100 = (
     (1.4, 2.4, 1.1, 2.8), (5.0, 6.0, 0.0, 2.6), (8.6, 9.6, 1.1, 2.8), (1.4, 2.4, 4.3, 5.9), (5.0, 6.0, 4.3, 5.9),
@@ -56,23 +54,26 @@ FACADES = {
 }
 
 
-def every_stone(assemblage: Assemblage, analysis: LimitAnalysis, to_its_end: bool) -> dict[str, Any]:
-    """Push every stone; return CPU seconds, Newton iterations, peak over the weight, and what ended it."""
+def every_stone(assemblage: Assemblage, analysis: LimitAnalysis) -> dict[str, Any]:
+    """Push every stone; return CPU seconds in all and to the peak, Newton iterations, peak over the weight, and what
+    ended it."""
     began, expected = process_time(), analysis.expected_multiplier
     forces, hinges = analysis.headline.joint_forces, pressed_at_hinges(assemblage, analysis)
     bodies = make_bodies(assemblage, one_body_per_block(assemblage), forces, hinges=hinges)
     model = build_model(bodies, mesh_bodies(bodies, MeshSettings(), None), ElasticSettings(), ContactSettings(), True)
-    iterations, stepping, ended = 0, SteppingSettings(), ""
+    iterations, stepping, peak, to_peak = 0, SteppingSettings(), 0.0, 0.0
     with LinearSystem(model, MPI.COMM_SELF) as system:
         for here in Pushover(model, system, NewtonSettings(), stepping, expected).increments():
             iterations += here.iterations + sum(attempt.iterations for attempt in here.attempts)
-            ended = end_of_curve(here, stepping, model.height) or ended
-            falls = not here.moving and here.base_shear < (1.0 - PAST) * here.largest_base_shear
-            if not to_its_end and here.phase != "gravity" and falls:
-                ended = f"base shear {PAST:.0%} below its peak"
-                break
-    peak = here.largest_base_shear / model.weight
-    return {"every_stone_s": process_time() - began, "iterations": iterations, "peak": peak, "every_stone_ended": ended}
+            if here.largest_base_shear > peak:
+                peak, to_peak = here.largest_base_shear, process_time() - began
+    return {
+        "every_stone_s": process_time() - began,
+        "to_the_peak_s": to_peak,
+        "iterations": iterations,
+        "peak": peak / model.weight,
+        "every_stone_ended": end_of_curve(here, stepping, model.height) or "",
+    }
 
 
 def measured(name: str) -> dict[str, Any]:
@@ -96,7 +97,7 @@ def measured(name: str) -> dict[str, Any]:
         "macroblocks_peak": done.capacity.peak_base_shear / analysis.weight,
         "valid": done.summary.valid,
     }
-    return row | every_stone(assemblage, analysis, name == next(iter(FACADES)))
+    return row | every_stone(assemblage, analysis)
 
 
 def main() -> None:
