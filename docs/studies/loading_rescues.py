@@ -101,9 +101,7 @@ WITHOUT: dict[str, Callable[[], None]] = {
         rigid_pushover, going_on=lambda _wall, _before, task, expected: (expected, task.multiplier)
     ),
     "no motion against what drives it": _set(rigid_pushover.DisplacedWallSearch, goes_back=lambda *_: False),
-    "all that is left for the last load held": _set(
-        rigid_pushover.DisplacedWallSearch, budget_held=lambda *_: overdamped.REST_BUDGET
-    ),
+    "all that is left for the last load held": _set(pushing.Pushing, budget_held=lambda *_: overdamped.REST_BUDGET),
     "a wall that bears less as it moves is left": _set(
         rigid_pushover.DisplacedWallSearch, too_little=lambda *_: -np.inf
     ),

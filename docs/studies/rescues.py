@@ -56,6 +56,11 @@ def _with_coulomb_alone() -> None:
     _set(increment_solver.IncrementSolver, _solved=of_coulomb)
 
 
+def _anew_each_time() -> None:
+    anew = stepping.Pushover._anew
+    _set(stepping.Pushover, _anew=lambda self, aim, again=False: anew(self, aim))
+
+
 def _static_with_coulomb_alone() -> None:
     static = increment_solver.IncrementSolver.static
     _set(increment_solver.IncrementSolver, static=lambda solver, state, aim, **_: static(solver, state, aim))
@@ -95,6 +100,7 @@ WITHOUT = {
     "friction of the forces before, in static increments": _static_with_coulomb_alone,
     "shorter steps of motion after one with friction of before": lambda: _set(motion, OF_BEFORE=""),
     "an end to these": lambda: _set(motion, LEAST_GIVEN=0.0),
+    "longer increments from rest to rest": _anew_each_time,
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
     "a step in which a body goes too far is made shorter": lambda: _set(motion, TOO_FAR=np.inf),
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
