@@ -35,7 +35,7 @@ ON_PAGES = [
     "WARNING: only stones 40, 42 (3.7 % of the dead load) move at the multiplier that counts: what is left may bear "
     "more; analyse the wall without them, too",
     "from 0.2883 on displacements are large",
-    "stones that touch in one point bear nothing there in limit analysis, and do in finite elements: 10 | 14 "
+    "stones that touch in one point bear nothing there in limit analysis, and may in finite elements: 10 | 14 "
     "(1.347, 2.646) m; all multipliers of limit analysis, the associative one too, may be too low",
     "loading: no state of rest under the dead load was found",
     "refined: in finite elements 2 bear 0.2889, 4 bear 0.3001 (not valid), 8 bear 0.2889 (rigid blocks 0.2890)",
