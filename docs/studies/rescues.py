@@ -86,7 +86,7 @@ WITHOUT = {
         stepping.Pushover, _passes_a_peak=lambda *_: False
     ),
     "elastic slip as first increment after a motion": lambda: _set(
-        stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
+        stepping.Pushover, _anew=lambda self, aim, again=False: (self._largest(aim.phase) / 16, 0.0)
     ),
     "an increment that bends and misses its work is made smaller": lambda: _set(stepping, balances=lambda *_: True),
     "no growth after an increment that bends": lambda: _set(growth, BENT=np.inf),

@@ -3,7 +3,7 @@
     python docs/studies/structures.py
 
 writes structures.csv, structures.md (after structures_head.md) and ../figures/structures.png beside this file, every
-structure along +x, and along -x where it is not symmetric. A row is made as those of macroblock_peaks.py are.
+structure along +x, and those of OF_TWO_SIDES along -x. A row is made as those of macroblock_peaks.py are.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ def two_leaves() -> Wall:
 
 
 def relieving_arch() -> Wall:
-    """Two piers, a lintel, a tympanum of courses cut by chords, and an arch above."""
+    """Two piers, an arch on them, and one stone that fills it."""
     stones = [*courses(-1.4, -0.6, 0.0, 8, 0.25, 0.4), *courses(0.6, 1.4, 0.0, 8, 0.25, 0.4)]
     arch = [*ring(0.0, 2.0, 0.8, 0.35, 9)]
     stones += [*arch, [(-0.8, 2.0), (0.8, 2.0), *(stone[0] for stone in arch[-2::-1])]]

@@ -25,6 +25,8 @@ FACING_COSINE = 0.9
 """cosine of the largest angle between two edges that face each other"""
 BESIDE = 0.25
 """part of the shorter of two edges along which they face each other"""
+SAME_CORNER = 1e-7
+"""part of a block's size below which two corners in a row are one, drawn twice"""
 WIDTH_ROUNDING = 1e-6
 """part of the smallest block's size: a width below it is rounding"""
 
@@ -57,7 +59,7 @@ def _corners(ring: FloatArray) -> FloatArray:
     """Return the ring (n, 2) without points that come twice in a row, or lie on its straight edges as the corners of
     other blocks do."""
     apart = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
-    ring = ring[~(apart < SAME_POINT * np.ptp(ring, axis=0).max())]
+    ring = ring[~(apart < SAME_CORNER * np.ptp(ring, axis=0).max())]
     chord, arm = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0), ring - np.roll(ring, 1, axis=0)
     height = np.abs(cross(chord, arm))
     corners = ring[~(height < SAME_POINT * np.sum(chord**2, axis=1))]

@@ -59,8 +59,8 @@ def points_words(found: tuple[PointInCommon, ...]) -> Iterator[str]:
     pairs = ", ".join("{} | {} {} m".format(*one.stones, as_place(*one.place)) for one in found[:TOLD])
     more = ", ..." if len(found) > TOLD else ""
     yield (
-        f"stones that touch in one point bear nothing there in limit analysis, and may in finite elements: {pairs}{more}"
-        "; all multipliers of limit analysis, the associative one too, may be too low"
+        "stones that touch in one point bear nothing there in limit analysis, and may in finite elements: "
+        f"{pairs}{more}; all multipliers of limit analysis, the associative one too, may be too low"
     )
 
 

@@ -92,7 +92,7 @@ def _turning(
     pressed = np.minimum(pressed, joints.length)
     takes = force * turn * pressed / (3.0 * live)
     left = bears - takes.sum(axis=1)
-    most, snaps = int(np.argmax(left)), analysis.rigid_curve is not None and analysis.rigid_peak is not None
+    most, snaps = int(np.argmax(left)), analysis.rigid_peak is not None and np.argmax(bears) == len(bears) - 1
     return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 or snaps else None
 
 

@@ -114,8 +114,9 @@ def alike(margin: float) -> float:
 
 
 def may_be_last(analysis: LimitAnalysis, margin: float, multiplier: float) -> bool:
-    """Return whether bodies that bear a multiplier may be the last: not if it is more than all of limit analysis."""
-    return off_limit_analysis(analysis, multiplier) <= BEYOND * alike(margin)
+    """Return whether bodies that bear a multiplier may be the last: not if it is BEYOND what rigid blocks bear."""
+    rigid = max(rigid_multiplier(analysis, in_large) for in_large in (False, True))
+    return multiplier <= (1.0 + BEYOND * alike(margin)) * rigid
 
 
 def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones: int) -> bool:

@@ -30,8 +30,8 @@ NONE = frozenset[int]()
 """no blocks"""
 BLOCKS, LEVEL = "seismic.control_blocks", "seismic.control_level"
 """keys that name a control point"""
-COVERED = 0.5
-"""part of a block's top that other blocks cover where it is no roof"""
+COVERED = 0.51
+"""part of a block's top, more than half of it, that other blocks cover where it is no roof"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,10 +134,11 @@ def uncovered(assemblage: Assemblage, gone: frozenset[int] = NONE) -> IntArray:
     bare = [k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]]
     middle = np.array([top_of(wall.blocks[k].polygon)[1] for k in bare]).reshape(-1, 2)
     sky = np.column_stack([middle[:, 0], np.full(len(bare), max(block.polygon[:, 1].max() for block in wall.blocks))])
-    line, above = shapely.STRtree(shapes(wall)).query(
-        shapely.linestrings(np.stack([middle, sky], axis=1)), "intersects"
-    )
-    hidden = {bare[k] for k, other in zip(line, above, strict=True) if other != bare[k] and other not in gone}
+    lines = shapely.linestrings(np.stack([middle, sky], axis=1))
+    line, above = shapely.STRtree(shapes(wall)).query(lines, predicate="intersects")
+    begins = np.array([block.polygon[:, 1].min() for block in wall.blocks])
+    is_over = begins[above] > middle[line, 1] + AT_LEVEL  # and does not lie on a part of it
+    hidden = {bare[k] for k, other in zip(line[is_over], above[is_over], strict=True) if other not in gone}
     return np.array([k for k in bare if k not in hidden] or free, dtype=np.int64)
 
 

@@ -54,8 +54,8 @@ class LoadPath:
     there, `converged` where the check passes, else the last rest with the mechanism that fits best, of a wall that
     rests under no live load its motion.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do. not_at_rest: the load just
-    above the last rest under which no other was found, inf where none was held; given_up: whether the budget ended
-    before one was. counts: how often which way out was needed (overdamped.py, pushing.py).
+    above the last rest under which no other was found, inf where none was held to its end; given_up: whether all
+    factorisations were spent before one was. counts: how often which way out was needed (overdamped.py, pushing.py).
     """
 
     multipliers: FloatArray

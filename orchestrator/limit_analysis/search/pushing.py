@@ -209,4 +209,6 @@ class Pushing(Overdamped):
                 continue
             met = self.closed(lost, rest, load_step)
             lost = rest if met is None else lost
+        if rest.rests and rest is not found[-1] and met is None:  # with the last factorisations
+            found.append(rest)
         return Way(tuple(found), met, lost, rest.multiplier if self.counts["held"] else np.inf, not rest.rests)

@@ -3,7 +3,9 @@
 Such a corner, of a body A, is out of the other body, B, as long as it is in front of the face. Beyond an end of it is
 
     a notch     where A touches nothing on the side of the face, and the next face of B rises, or a third body on which
-                A was drawn fills the room between. A's corner can only come to the face, and does so at once
+                A was drawn fills the room between. A's corner can only come to the face, and does so at once. None is
+                where A's corner was drawn in that end, and A's other face and B's next one lie on one line, along which
+                they may slide past each other
     a free end  A may slide past the end. Where the two bodies go into each other at B's corner there, they have two
                 ways out: over the face, or over its rival, which is A's corner over B's next face, or B's over A's
 
@@ -31,7 +33,7 @@ from orchestrator.pushover.contact.faces import STRAIGHT, Faces
 from orchestrator.pushover.contact.frames import Frames
 
 AT_END = 1e-4
-"""part of a face's length: a corner as near to an end of it was drawn in that"""
+"""part of the shorter of two faces: a corner of one as near to an end of the other was drawn in that"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,7 +158,8 @@ def corner_pairs(bodies: Bodies, faces: Faces, turned: float) -> CornerPairs:
     comes_to_own = _in_front(sides[ends], faces.normal[own]) > np.sin(turned)
     leads = ~comes_to_own | (bend[ends] > bend[corner][:, None] + STRAIGHT)
     to_ends = faces.start[corner][:, None] - np.stack([faces.start[face], faces.end[face]], axis=1)
-    slides_by = np.linalg.norm(to_ends, axis=2) < AT_END * faces.length[face][:, None]
+    shorter = np.minimum(faces.length[face], np.minimum(faces.length, faces.length[arriving])[corner])
+    slides_by = np.linalg.norm(to_ends, axis=2) < AT_END * shorter[:, None]
     slides_by &= _dot(faces.normal[own], faces.normal[beyond]) < -np.cos(turned)
     rises = bend[ends] <= 0.0
     notch = (rises | (filled & leads & ~slides_by)) & ~blocked

@@ -289,10 +289,10 @@ class Pushover:
         """Return the next increment after a slip or a motion, and the last one, in the unit of the phase.
 
         Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip,
-        or twice the last one where it rests `again` after a motion, as it did in the increment before.
+        or twice the last one, if more, where it rests `again` after a motion, as in the increment before.
         """
         if aim.phase == "displacement":
-            return min(2.0 * aim.size if again else self.model.slip_tolerance, self._largest(aim.phase)), aim.size
+            return min(max(self.model.slip_tolerance, 2.0 * aim.size * again), self._largest(aim.phase)), aim.size
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 

@@ -60,6 +60,16 @@ def test_the_sill_of_a_window_is_no_roof():
     assert uncovered(find_joints(wall, JointSettings())).tolist() == [4]
 
 
+@pytest.mark.parametrize("length", [0.3, 0.5, 0.7])
+def test_each_step_of_a_raked_end_is_a_roof(length):
+    """Half of the last stone of each course is covered; rounding decided."""
+    places = [(course, number) for course in range(3) for number in range(3 - course)]
+    stones = [upright(k + 1, (0.5 * c + n) * length, 0.2 * c, length, 0.2) for k, (c, n) in enumerate(places)]
+    wall = wall_of(*stones)
+    roofs = uncovered(find_joints(wall, JointSettings()))
+    assert {round(float(wall.blocks[k].polygon[:, 1].max()), 3) for k in roofs} == {0.2, 0.4, 0.6}
+
+
 def test_stones_that_come_loose_first_are_verified_not_the_wall_without_them():
     """The slender tower is 2.9 % of the weight, a local failure at 0.1 / 0.6; the squat one tips at 1 / 2."""
     assemblage = two_towers()
