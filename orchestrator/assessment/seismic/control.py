@@ -109,8 +109,8 @@ def named_point(settings: SeismicSettings, wall: Wall) -> ControlPoint | None:
 
 
 def candidates(assemblage: Assemblage, load: LoadSettings, gone: frozenset[int] = NONE) -> list[ControlPoint]:
-    """Return floors (extra dead loads) and roofs (tops that no block covers, those of one height together) of the
-    blocks that are not `gone` (positions)."""
+    """Return floors (extra dead loads) and roofs (tops that no block covers or stands above, those of one height
+    together) of the blocks that are not `gone` (positions)."""
     wall, tops = assemblage.wall, _tops(assemblage.wall)
     points = []
     for extra in load.dead:
