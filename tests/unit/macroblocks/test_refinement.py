@@ -93,9 +93,7 @@ def bears(*shares, is_peak=True, is_valid=True):
         (bears(1.0, 1.12), False),
         (bears(1.12, 1.0), False),
         (bears(1.12, 1.0, 1.0), True),
-        (bears(1.015, 1.015, 1.015), False),  # 8 of 40 stones are few
-        (bears(1.015, 1.015, 1.015, 1.015), True),  # elastic stones may bear so much more
-        (bears(1.03, 1.03, 1.03, 1.03), False),
+        (bears(1.015, 1.015, 1.015, 1.015), False),  # 28 of 59 stones with a window: 11 %
         (bears(1.05), False),
         (bears(1.05, 1.05), False),
         (bears(1.05, 1.05, 1.05), False),  # 8 of 40 stones are few
