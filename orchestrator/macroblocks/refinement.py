@@ -10,13 +10,13 @@ It ends where finite elements and rigid blocks agree and, as with a mesh, twice 
 twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
 row, once they are more than FEW, unless that is more than rigid blocks bear, whatever the interval: bodies that
 interlock bear the same, too (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136; 14 and 28 of 59 stones with a
-window, 1.5 % above rigid blocks, 11 % more than every stone). Nor where it is FAR_BELOW what rigid blocks on springs as soft as the stones bear in large displacements:
-bodies may be in another state, the same one however many they are (6, 12 and 24 of 47 stones of rubble 0.207, as a
-column at their edge leans away, and every stone 0.363). At last it ends with every stone, which are next where twice
-as many would be more than half of them, or before more than MOST bodies. A curve that is not valid counts as no
-agreement. What is to be agreed with is what is like the curve: in large displacements the peak of rigid blocks there,
-where it was passed, else the headline, down to what is left of it as stones give way at edges; never an interval of
-states, between whose ends any number of bodies may bear something.
+window, 1.5 % above rigid blocks, 11 % more than every stone). Nor where it is FAR_BELOW what rigid blocks on springs as
+soft as the stones bear in large displacements: bodies may be in another state, the same one however many they are (6,
+12 and 24 of 47 stones of rubble 0.207, as a column at their edge leans away, and every stone 0.363). At last it ends
+with every stone, which are next where twice as many would be more than half of them, or before more than MOST bodies. A
+curve that is not valid counts as no agreement. What is to be agreed with is what is like the curve: in large
+displacements the peak of rigid blocks there, where it was passed, else the headline, down to what is left of it as
+stones give way at edges; never an interval of states, between whose ends any number of bodies may bear something.
 Bodies that supports hold, once they have moved, have no peak, and there is nothing to agree with.
 """
 
