@@ -77,7 +77,7 @@ def test_lengths_grow_with_the_wall():
 
 
 def test_a_facade_that_snaps_at_the_peak_of_its_rigid_blocks_has_an_estimate_too():
-    """With elements of half a mean stone 0.3636 are borne, with 60 mm 0.3627; rigid blocks 0.3747, and nothing was said."""
+    """Elements of half a mean stone have 0.3636, of 60 mm 0.3627; rigid blocks 0.3747, and nothing was said."""
     assemblage = find_joints(read_blocks(PROJECT / "tests/data/facade_82_stones.json"), JointSettings())
     assert analyse(assemblage).pressed_peak == pytest.approx(0.3627, rel=0.01)
 
