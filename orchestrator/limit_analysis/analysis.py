@@ -32,7 +32,6 @@ from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.remarks import few_move_words, of_few_words, points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
-    SAME_ANSWER,
     Loaded,
     Road,
     has_path,
@@ -41,7 +40,7 @@ from orchestrator.limit_analysis.search.loading import (
     moving_without_load,
     peeled,
 )
-from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, StateSearch, going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,

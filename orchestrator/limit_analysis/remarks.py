@@ -166,12 +166,10 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
         if falls < (1.0 - RELEASE) * pushed.peak:
             most, least = as_lambda(pushed.peak), as_lambda(falls)
             yield f"at rest up to {most}; as it moves what it bears falls to {least} or less"
-    if not met.spread and not met.is_unloaded and state.flow_rule not in CLOSED_BY:
-        bears = as_lambda(state.load_multiplier)
-        if state.load_multiplier < (1.0 - RELEASE) * rest:
-            yield f"at rest up to {as_lambda(rest)}; once it moves it carries {bears}"
-        elif state.load_multiplier > (1.0 + RELEASE) * rest:
-            yield f"at rest up to {as_lambda(rest)}; it moves far before it bears the {bears} found"
+    is_path = not met.spread and not met.is_unloaded and state.flow_rule not in CLOSED_BY
+    if is_path and state.load_multiplier > (1.0 + RELEASE) * rest:
+        found = as_lambda(state.load_multiplier)
+        yield f"at rest up to {as_lambda(rest)}; it moves far before it bears the {found} found"
     if state.converged and closes_joints(state):
         yield "joints that had opened close in this state: it lasts until they have, and may bear more then"
 

@@ -6,9 +6,10 @@ In a mechanism that has moved by d, joint j has turned by r_j d, and is pressed 
     sum_j N_j r_j a_j / 4    over the live load
 
 from the multiplier: the less the further the wall has moved, which takes its own part: the curve of rigid blocks in
-large displacements has it or, of walls that were not pushed so, the slope of that curve (softening_slope.py). Lengths
-are those at the d where the most is left. Virtual work; own combination. Where a joint has mortar with a stiffness,
-that is what gives way, and the curve has it.
+large displacements has it and, beyond its end or of walls that were not pushed so, the slope with which it begins
+(softening_slope.py). Rigid blocks may snap where stones that give way move on. Lengths are those at the d where the
+most is left. Virtual work; own combination. Where a joint has mortar with a stiffness, that is what gives way, and the
+curve has it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
-from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER
 from orchestrator.limit_analysis.search.rigid_pushover import DRIFT
 from orchestrator.limit_analysis.softening_slope import softening_slope
 from orchestrator.masonry.joints import Assemblage
@@ -72,10 +73,7 @@ def _turning(
     assemblage: Assemblage, analysis: LimitAnalysis
 ) -> tuple[FloatArray, FloatArray, FloatArray, float | None] | None:
     """Return forces (joints, 2) in N at the ends of joints, the lengths (joints,) in m that they are pressed over when
-    the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on.
-
-    The curve of rigid blocks that snap at their peak ends there, and nothing grows on.
-    """
+    the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on."""
     joints, headline = assemblage.joints, analysis.headline
     velocities = headline.mechanism.velocities
     power, live = (analysis.loads.live * velocities).sum(), headline.live_total
@@ -92,24 +90,28 @@ def _turning(
     pressed = np.minimum(pressed, joints.length)
     takes = force * turn * pressed / (3.0 * live)
     left = bears - takes.sum(axis=1)
-    most, snaps = int(np.argmax(left)), analysis.rigid_peak is not None and np.argmax(bears) == len(bears) - 1
-    return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 or snaps else None
+    most = int(np.argmax(left))
+    return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 else None
 
 
 def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None:
     """Return displacements along the live load in m, all above 0, and multipliers (s, 2) of rigid blocks there: those
-    that were followed or, of walls that were not pushed, a line with the slope of the beginning.
+    that were followed, up to their peak if it was not passed and else, as of walls that were not pushed, a line with
+    the slope of the beginning, no higher than the peak.
 
     None where that has none, as joints pull until they break, or crush, or no limit state was closed.
     """
     known, joints, state = analysis.rigid_curve, assemblage.joints, analysis.headline
-    if known is not None:
-        return known[known[:, 0] > 0.0] if (known[:, 0] > 0.0).any() else None
+    known = np.zeros((0, 2)) if known is None else known[known[:, 0] > 0.0]
+    if analysis.rigid_curve is not None and analysis.rigid_peak is None:
+        return known if len(known) else None
     holds = joints.tensile_strength.any()
     closed = state.converged and state is not analysis.associative
-    if holds or not closed or np.isfinite(joints.compressive_strength).any():
+    if not len(known) and (holds or not closed or np.isfinite(joints.compressive_strength).any()):
         return None
     free = np.vstack([block.polygon for block in assemblage.wall.blocks if not block.fixed])
     moved = np.geomspace(LEAST_MOVED, 1.0, MOTIONS) * DRIFT * float(np.ptp(free[:, 1]))
-    slope = softening_slope(assemblage, analysis.loads, state)
-    return np.column_stack([moved, state.load_multiplier + slope * moved])
+    moved = moved[moved > known[:, 0].max(initial=0.0)]
+    falls = state.load_multiplier + softening_slope(assemblage, analysis.loads, state) * moved
+    most = np.inf if analysis.rigid_peak is None else analysis.rigid_peak
+    return np.vstack([known, np.column_stack([moved, np.minimum(falls, most)])])

@@ -14,7 +14,7 @@ import numpy as np
 
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, ElasticWall, elastic_wall
-from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER
 from orchestrator.limit_analysis.search.overdamped import Moved
 from orchestrator.limit_analysis.search.pushing import Pushing
 from orchestrator.macroblocks.criteria import Partition

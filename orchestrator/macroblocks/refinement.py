@@ -27,7 +27,7 @@ from itertools import pairwise
 
 from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER
 from orchestrator.macroblocks.automatic import ELSEWHERE, states_to_keep
 from orchestrator.macroblocks.criteria import Partition, partition_of, stones_of
 from orchestrator.macroblocks.locking import hierarchy

@@ -8,7 +8,7 @@ from math import inf
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, percent_of, printed
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER
 from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.storage import PushoverSummary, Summary

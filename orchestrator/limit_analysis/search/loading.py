@@ -30,7 +30,7 @@ from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.search.large_walls import large_path
-from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down, load_path
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, StateSearch, going_down, load_path
 from orchestrator.limit_analysis.search.moving_parts import ids_of, moves, moving_share, shares_of, standing_of
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.limit_analysis.search.what_is_left import Chosen, joints_left, of_whole
@@ -40,8 +40,6 @@ from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
-SAME_ANSWER = 0.01
-"""Part of the multiplier by which paths of different stiffness may differ and be one answer."""
 MISSED = 1e-3
 """Part of the associative multiplier, which no state exceeds, by which a path comes past it only where it has missed
 stones that are lighter than what joints are smooth by: they came loose at that multiplier, at the latest."""
@@ -238,13 +236,15 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
     Where no limit state was closed it is that from ANOTHER_PEAK on, passed or not: what is known then is up to which
-    load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed. Above,
+    load the wall stands, and in large displacements it is known truly; but not above a rest that is lower with joints
+    of the other stiffness, with which the wall is not pushed. Below a limit state it must have passed. Above,
     it must lie off what the same springs bear in small displacements, too, and blocks must have moved farther than
     joints give way: else the joints differ, not the geometry. A wall that was not loaded in small displacements has no
     such state: its peak counts from SAME_ANSWER on.
     """
     if not found.closed:
-        return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier
+        above = pushed.peak > found.multiplier
+        return abs(pushed.peak - found.multiplier) > ANOTHER_PEAK * found.multiplier and not (above and found.spread)
     if found.is_unloaded:
         off = pushed.peak / found.multiplier - 1.0
         return off > SAME_ANSWER or (pushed.is_past and off < -SAME_ANSWER)

@@ -6,7 +6,7 @@ that loading leads to. Where the wall creeps or moves with no end in sight the s
 looked for (nearest_state.py), and where there is none the answer is the last load at which it rests.
 
 Two multipliers come of it: the last at which the wall rests, and that of the state. They are one, nearly, unless the
-mechanism loses strength when it comes loose (a wedged stone): then the state lies below the last rest.
+mechanism loses strength when it comes loose (a wedged stone): then the wall bears the last rest, and no state is met.
 Displacements are small: joints keep their directions. `soft_from` says from which multiplier on the wall moved further
 than SOFT times its elastic displacement; beyond it geometry decides, and only finite displacements tell.
 """
@@ -40,8 +40,9 @@ LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 GOES_DOWN = 0.1
 """Part of the speed of the fastest block above which a block goes down under the dead load."""
-LETS_GO = 0.2
-"""Part of the load held by which a state may lie below it that a wall moves to from there."""
+SAME_ANSWER = 0.01
+"""Part of the multiplier by which paths of different stiffness may differ and be one answer, and a state from the last
+rest that it is met at: farther down it is what the wall carries once it has lost its hold, not what it bears."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,11 +107,11 @@ class StateSearch(Pushing):
     def closed(self, last: Moved, motion: Moved, load_step: float) -> Moved | None:
         """Return the limit state nearest to a motion, or else the one nearest to the last equilibrium.
 
-        Of those that are mechanisms along the live load. Either counts within HELD of its own load, the former LETS_GO
-        below it, too (nearest_state.py).
+        Of those that are mechanisms along the live load. Either counts within HELD of its own load, the former
+        SAME_ANSWER below it, too (nearest_state.py).
         """
         within = HELD * STEPS * load_step
-        for here, below in ((motion, LETS_GO * motion.multiplier), (last, within)):
+        for here, below in ((motion, SAME_ANSWER * motion.multiplier), (last, within)):
             if not (self.is_mechanism(here) and float(self.live @ here.change) > 0.0):
                 continue
             state = self.states(here.position, here.change, here.multiplier)[0]
@@ -201,8 +202,8 @@ def going_down(search: StateSearch) -> tuple[int, ...]:
 
 def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
     """Return the path with its state: the one met, one near its end, or the last rest with the mechanism it has."""
-    scale, rests, peak = search.wall.problem.per_multiplier, way.rising, way.peak
-    state = None if way.met is None else way.met.state
+    scale, rests, peak, met = search.wall.problem.per_multiplier, way.rising, way.peak, way.met
+    state = None if met is None or met.multiplier < (1.0 - SAME_ANSWER) * peak.multiplier else met.state
     at_rest = [] if state else search.states(peak.position, way.lost.change, peak.multiplier)
     if at_rest:
         state = replace(at_rest[0 if peak.multiplier > 0.0 else -1], flow_rule="last_rest", converged=False)
