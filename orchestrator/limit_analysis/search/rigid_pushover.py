@@ -46,9 +46,10 @@ LONGEST = 0.02
 class RigidPushover:
     """displacement (s,) along the live load in m and multiplier (s,) of the equilibria, from gravity on.
 
-    state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
-    where the wall bears nothing. is_past: whether what it bears has fallen by PAST since the peak, or blocks have moved
-    far, and do not come to rest under a load just above it; else no more is known than that it bears it. counts: the
+    state: the peak, with the forces there and all the motion from it on (in its last step some stones alone may fall),
+    as a last rest that no limit state closed; None where the wall bears nothing. is_past: whether what it bears has
+    fallen by PAST since the peak, or blocks have moved far, and do not come to rest under a load just above it; else no
+    more is known than that it bears it. counts: the
     ways out that were needed: steps not taken (`turned`, `shorter`, `slower`) or taken after all
     (`elsewhere`), and loads `held`.
     """
@@ -202,7 +203,8 @@ def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = 
     peak = way.peak
     if peak is stands:
         return None
-    found = pushed.states(peak.position, way.lost.change, peak.multiplier)
+    fall = way.lost.position.displacements - peak.position.displacements
+    found = pushed.states(peak.position, fall if fall.any() else way.lost.change, peak.multiplier)
     return RigidPushover(
         displacement=read_only([pushed.wall.unit * pushed.moved(one.position) for one in way.equilibria]),
         multiplier=read_only([one.multiplier / scale for one in way.equilibria]),
