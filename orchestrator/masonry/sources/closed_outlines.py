@@ -234,7 +234,7 @@ def _said_ends(network: Network, lines: list[FloatArray], closed_beside: list[Fl
     apart = _from_outlines(ends, closed_beside)
     shown = np.minimum(gap, apart)[np.isfinite(gap) | (apart <= LARGEST_TOLERANCE)]
     if len(shown):
-        extremes = [float(shown.min()), float(shown.max())]
+        extremes = [0.0 if end <= network.within else float(end) for end in (shown.min(), shown.max())]
         said += ", " + " to ".join(dict.fromkeys(map(millimetres, extremes))) + " from the nearest line"
     wider = np.unique([1e-3 * rounded_up(1e3 * width) for width in near])
     wider = wider[(wider > network.within) & (wider <= LARGEST_TOLERANCE)]
