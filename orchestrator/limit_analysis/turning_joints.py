@@ -8,8 +8,8 @@ In a mechanism that has moved by d, joint j has turned by r_j d, and is pressed 
 from the multiplier: the less the further the wall has moved, which takes its own part: the curve of rigid blocks in
 large displacements has it and, beyond its end or of walls that were not pushed so, the slope with which it begins
 (softening_slope.py). Rigid blocks may snap where stones that give way move on. Lengths are those at the d where the
-most is left. Virtual work; own combination. Where a joint has mortar with a stiffness, that is what gives way, and the
-curve has it.
+most is left before that. Virtual work; own combination. Where a joint has mortar with a stiffness, that is what gives
+way, and the curve has it.
 """
 
 from __future__ import annotations
@@ -73,12 +73,14 @@ def _turning(
     assemblage: Assemblage, analysis: LimitAnalysis
 ) -> tuple[FloatArray, FloatArray, FloatArray, float | None] | None:
     """Return forces (joints, 2) in N at the ends of joints, the lengths (joints,) in m that they are pressed over when
-    the most is left, what (joints,) they take from the multiplier then, and what is left, None where that grows on."""
+    the most is left of the curve that was followed, what (joints,) they take from the multiplier then, and the most
+    that is left beyond its end, too, None where that grows on."""
     joints, headline = assemblage.joints, analysis.headline
     velocities = headline.mechanism.velocities
     power, live = (analysis.loads.live * velocities).sum(), headline.live_total
-    if min(power, live) <= 0.0 or (curve := _curve(assemblage, analysis)) is None:
+    if min(power, live) <= 0.0 or (known := _curve(assemblage, analysis)) is None:
         return None
+    curve, followed = known
     normal = np.maximum(headline.joint_forces[: joints.count, :2], 0.0)
     force, per_live = normal.sum(axis=1), power / live
     turn = np.abs(velocities[joints.j, 2] - velocities[joints.i, 2]) / per_live  # rad per m of the live load's motion
@@ -90,21 +92,21 @@ def _turning(
     pressed = np.minimum(pressed, joints.length)
     takes = force * turn * pressed / (3.0 * live)
     left = bears - takes.sum(axis=1)
-    most = int(np.argmax(left))
-    return normal, pressed[most], takes[most], float(left[most]) if most < len(left) - 1 else None
+    most, there = int(np.argmax(left)), int(np.argmax(left[:followed] if followed else left))
+    return normal, pressed[there], takes[there], float(left[most]) if most < len(left) - 1 else None
 
 
-def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None:
-    """Return displacements along the live load in m, all above 0, and multipliers (s, 2) of rigid blocks there: those
-    that were followed, up to their peak if it was not passed and else, as of walls that were not pushed, a line with
-    the slope of the beginning, no higher than the peak.
+def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> tuple[FloatArray, int] | None:
+    """Return displacements along the live load in m, all above 0, and multipliers (s, 2) of rigid blocks there, and how
+    many were followed: up to their peak if it was not passed, and else, as of walls that were not pushed, a line with
+    the slope of the beginning goes on, no higher than the peak.
 
     None where that has none, as joints pull until they break, or crush, or no limit state was closed.
     """
     known, joints, state = analysis.rigid_curve, assemblage.joints, analysis.headline
     known = np.zeros((0, 2)) if known is None else known[known[:, 0] > 0.0]
     if analysis.rigid_curve is not None and analysis.rigid_peak is None:
-        return known if len(known) else None
+        return (known, len(known)) if len(known) else None
     holds = joints.tensile_strength.any()
     closed = state.converged and state is not analysis.associative
     if not len(known) and (holds or not closed or np.isfinite(joints.compressive_strength).any()):
@@ -114,4 +116,4 @@ def _curve(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatArray | None
     moved = moved[moved > known[:, 0].max(initial=0.0)]
     falls = state.load_multiplier + softening_slope(assemblage, analysis.loads, state) * moved
     most = np.inf if analysis.rigid_peak is None else analysis.rigid_peak
-    return np.vstack([known, np.column_stack([moved, np.minimum(falls, most)])])
+    return np.vstack([known, np.column_stack([moved, np.minimum(falls, most)])]), len(known)
