@@ -145,7 +145,7 @@ def answer_words(met: Loaded) -> Iterator[str]:
     elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]
         yield f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}"
-    elif state is None or not state.converged:
+    elif (state is None or not state.converged) and path.carries is None:
         creeps = "" if path.not_at_rest == inf else f" and not at {as_lambda(path.not_at_rest)}"
         headline = "" if state is None else ": the headline is that rest"
         rest = as_lambda(path.last_rest)
@@ -166,6 +166,8 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
         if falls < (1.0 - RELEASE) * pushed.peak:
             most, least = as_lambda(pushed.peak), as_lambda(falls)
             yield f"at rest up to {most}; as it moves what it bears falls to {least} or less"
+    elif met.path.carries is not None:
+        yield f"at rest up to {as_lambda(rest)}; once it moves it carries {as_lambda(met.path.carries)}"
     is_path = not met.spread and not met.is_unloaded and state.flow_rule not in CLOSED_BY
     if is_path and state.load_multiplier > (1.0 + RELEASE) * rest:
         found = as_lambda(state.load_multiplier)

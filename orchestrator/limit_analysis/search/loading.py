@@ -206,8 +206,8 @@ def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:
     """Return the lower of two answers with the interval of both; where they agree to SAME_ANSWER, the closed one.
 
-    A limit state counts before a last rest that none closed, however low: the wall stands there, and nobody knows how
-    much further. The interval has that rest as its end.
+    A limit state, or a last rest from which the wall moves to one, counts before a last rest that none closed, however
+    low: the wall stands there, and nobody knows how much further. The interval has that rest as its end.
     """
     multipliers = [one.state.load_multiplier for one in found if one.state is not None]
     low, high = min(multipliers, default=0.0), max(multipliers, default=0.0)
@@ -216,7 +216,7 @@ def lower_of(found: Sequence[Loaded]) -> Loaded | None:
 
     def rank(one: Loaded) -> tuple[bool, float]:
         assert one.state is not None
-        return not one.state.converged, one.state.load_multiplier
+        return not one.state.converged and one.path.carries is None, one.state.load_multiplier
 
     return replace(min(found, key=rank), spread=(low, high))
 

@@ -40,6 +40,8 @@ LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 GOES_DOWN = 0.1
 """Part of the speed of the fastest block above which a block goes down under the dead load."""
+LETS_GO = 0.2
+"""Part of the load held by which a state may lie below it that a wall moves to from there."""
 SAME_ANSWER = 0.01
 """Part of the multiplier by which paths of different stiffness may differ and be one answer, and a state from the last
 rest that it is met at: farther down it is what the wall carries once it has lost its hold, not what it bears."""
@@ -67,6 +69,7 @@ class LoadPath:
     seconds: float
     not_at_rest: float = np.inf
     given_up: bool = False
+    carries: float | None = None
     counts: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -107,11 +110,11 @@ class StateSearch(Pushing):
     def closed(self, last: Moved, motion: Moved, load_step: float) -> Moved | None:
         """Return the limit state nearest to a motion, or else the one nearest to the last equilibrium.
 
-        Of those that are mechanisms along the live load. Either counts within HELD of its own load, the former
-        SAME_ANSWER below it, too (nearest_state.py).
+        Of those that are mechanisms along the live load. Either counts within HELD of its own load, the former LETS_GO
+        below it, too (nearest_state.py).
         """
         within = HELD * STEPS * load_step
-        for here, below in ((motion, SAME_ANSWER * motion.multiplier), (last, within)):
+        for here, below in ((motion, LETS_GO * motion.multiplier), (last, within)):
             if not (self.is_mechanism(here) and float(self.live @ here.change) > 0.0):
                 continue
             state = self.states(here.position, here.change, here.multiplier)[0]
@@ -203,7 +206,9 @@ def going_down(search: StateSearch) -> tuple[int, ...]:
 def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
     """Return the path with its state: the one met, one near its end, or the last rest with the mechanism it has."""
     scale, rests, peak, met = search.wall.problem.per_multiplier, way.rising, way.peak, way.met
-    state = None if met is None or met.multiplier < (1.0 - SAME_ANSWER) * peak.multiplier else met.state
+    state, carries = None if met is None else met.state, None
+    if state and scale * state.load_multiplier < (1.0 - SAME_ANSWER) * peak.multiplier:
+        carries, state = state.load_multiplier, None
     at_rest = [] if state else search.states(peak.position, way.lost.change, peak.multiplier)
     if at_rest:
         state = replace(at_rest[0 if peak.multiplier > 0.0 else -1], flow_rule="last_rest", converged=False)
@@ -218,5 +223,6 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
         seconds=seconds,
         not_at_rest=way.held / scale if is_lost else np.inf,
         given_up=not is_lost and way.met is None,
+        carries=carries,
         counts=dict(search.counts),
     )

@@ -58,6 +58,7 @@ ON_PAGES = [
     "geometry decides: rigid blocks in large displacements bear 0.2776, in small ones 0.3200",
     "rigid blocks in large displacements bear at least 0.0271, in small ones 0.0272",
     "rigid blocks in large displacements bear 0.0271, in small ones 0.0272",
+    "at rest up to 0.1911; once it moves it carries 0.0376",
     "at rest up to 0.0271; as it moves what it bears falls to 0.0000 or less",
     "limit analysis takes bonds as plastic, with their strength in all of a joint at once: finite elements, in which "
     "they break, may bear less (`run`)",
