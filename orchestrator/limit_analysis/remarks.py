@@ -167,7 +167,7 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
             most, least = as_lambda(pushed.peak), as_lambda(falls)
             yield f"at rest up to {most}; as it moves what it bears falls to {least} or less"
     elif met.path.carries is not None:
-        yield f"at rest up to {as_lambda(rest)}; once it moves it carries {as_lambda(met.path.carries)}"
+        yield f"at rest up to {as_lambda(rest)}; once it moves it carries {as_lambda(met.path.carries.load_multiplier)}"
     is_path = not met.spread and not met.is_unloaded and state.flow_rule not in CLOSED_BY
     if is_path and state.load_multiplier > (1.0 + RELEASE) * rest:
         found = as_lambda(state.load_multiplier)

@@ -30,13 +30,13 @@ def test_rubble_that_moves_for_long_comes_to_rest(seed, stone, flatness, rests):
 
 def test_rubble_that_lets_go_bears_what_it_rests_under():
     """It rests up to 0.426 as drawn, and a state to which it moves from there has 0.380, which was the answer; micro-FE
-    bears 0.415."""
+    bears 0.411 to 0.415, from which no headline is to be 3 % off."""
     wall = rubble(Rubble(2.6, 2.2, stone=0.3343056105572368, flatness=1.8135930633772337, seed=4))
     assemblage = find_joints(wall, JointSettings())
     found = analyse(assemblage)
     stones = push(assemblage, found, one_body_per_block(assemblage), stepping=SteppingSettings(final_drop=0.05))
     assert stones.summary.valid
-    assert found.headline.load_multiplier == pytest.approx(stones.capacity.peak_multiplier, rel=0.025)
+    assert found.headline.load_multiplier == pytest.approx(stones.capacity.peak_multiplier, rel=0.03)
 
 
 def test_an_arcade_falls_as_a_whole():

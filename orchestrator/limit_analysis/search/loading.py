@@ -74,7 +74,8 @@ class Loaded:
     where loading led to them. pushed: the
     curve of what is left in large displacements, where the wall was pushed. displaced_rests: whether it came to rest
     there under some live load, if it was. on_its_springs: what it bears, at rest or moving, in small displacements
-    with the stiffness of joints that it is pushed with, nan where no limit state was closed. factorisations: so far.
+    with the stiffness of joints that it is pushed with, nan where no limit state was closed. lets_go: the lowest state
+    that it moves to from a last rest. factorisations: so far.
     """
 
     state: LimitState | None
@@ -87,6 +88,7 @@ class Loaded:
     pushed: RigidPushover | None = None
     displaced_rests: bool = True
     on_its_springs: float = math.nan
+    lets_go: LimitState | None = None
     factorisations: int = 0
 
     @property
@@ -139,6 +141,7 @@ def loaded(
         pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
         spent = found.factorisations + (pushed.factorisations if pushed else 0)
         found = replace(found, pushed=pushed, displaced_rests=pushed is not None, factorisations=spent)
+        found = settled(found, problem.assemblage)
         failure = come_loose(found, problem, loads, local_share)
         if failure is None:
             return found
@@ -169,13 +172,28 @@ def in_small_displacements(
     answer = lower_of(known) if len(known) == len(STIFFNESSES) else next(iter(known), found[0] or found[1])
     if answer is None:
         return None
+    carried = [one.path.carries for one in found if one is not None and np.array_equal(one.left, answer.left)]
     first = found[0]
     same = first is not None and first.closed and np.array_equal(first.left, answer.left)
     return replace(
         answer,
         on_its_springs=max(first.multiplier, first.path.last_rest) if first is not None and same else math.nan,
+        lets_go=min(filter(None, carried), key=lambda state: state.load_multiplier, default=None),
         factorisations=sum(one.factorisations for one in found if one is not None),
     )
+
+
+def settled(found: Loaded, whole: Assemblage) -> Loaded:
+    """Return a wall that bears no more in large displacements than a state that it moves to from its last rest in small
+    ones with that state: it lets go there before."""
+    pushed, state = found.pushed, found.lets_go
+    if pushed is None or state is None or not pushed.is_past:
+        return found
+    if pushed.peak > (1.0 + SAME_ANSWER) * state.load_multiplier:
+        return found
+    low, high = state.load_multiplier, max((found.multiplier, *(found.spread or ())))
+    spread = (low, high) if high > (1.0 + SAME_ANSWER) * low else None
+    return replace(found, state=of_whole(state, whole, found.left), spread=spread)
 
 
 def is_pushed(found: Loaded) -> bool:

@@ -69,7 +69,7 @@ class LoadPath:
     seconds: float
     not_at_rest: float = np.inf
     given_up: bool = False
-    carries: float | None = None
+    carries: LimitState | None = None
     counts: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -208,7 +208,7 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
     scale, rests, peak, met = search.wall.problem.per_multiplier, way.rising, way.peak, way.met
     state, carries = None if met is None else met.state, None
     if state and scale * state.load_multiplier < (1.0 - SAME_ANSWER) * peak.multiplier:
-        carries, state = state.load_multiplier, None
+        carries, state = state, None
     at_rest = [] if state else search.states(peak.position, way.lost.change, peak.multiplier)
     if at_rest:
         state = replace(at_rest[0 if peak.multiplier > 0.0 else -1], flow_rule="last_rest", converged=False)
