@@ -77,6 +77,7 @@ verify: setup long table1 benchmark2
 	$(PYTHON) docs/studies/loading_rescues.py
 	$(PYTHON) docs/studies/cut_walls.py
 	$(PYTHON) docs/studies/structures.py
+	$(PYTHON) docs/studies/stiff_stones.py
 	$(PYTHON) docs/studies/tolerances.py
 	$(PYTHON) docs/studies/locking.py
 	$(PYTHON) docs/studies/benchmark2_seeds.py 1 2
