@@ -29,7 +29,7 @@ def met(curve, is_past=True, drawn=0.19):
     """A wall that was pushed along a curve; in small displacements it was at rest up to `drawn`."""
     pushed = SimpleNamespace(curve=curve, multiplier=curve[:, 1], peak=float(curve[:, 1].max()), is_past=is_past)
     state = SimpleNamespace(load_multiplier=pushed.peak, converged=False, flow_rule="last_rest")
-    path = SimpleNamespace(last_rest=drawn, state=SimpleNamespace(load_multiplier=drawn), soft_from=None)
+    path = SimpleNamespace(last_rest=drawn, state=SimpleNamespace(load_multiplier=drawn), soft_from=None, carries=None)
     part = SimpleNamespace(assemblage=assemblage_of([FLOOR, box(0.0, 0.0, 0.5, 1.0)]), elastic_modulus=3.5e9)
     return SimpleNamespace(
         pushed=pushed, state=state, path=path, part=part, geometry_decides=True, is_unloaded=False, spread=None,
