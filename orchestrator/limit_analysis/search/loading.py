@@ -212,9 +212,9 @@ def moving_without_load(problem: Problem, met: Loaded | None) -> tuple[int, ...]
 def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float) -> LocalFailure | None:
     """Return the local failure with which a push in large displacements ended, None where the wall itself failed."""
     pushed = found.pushed
-    if pushed is None or pushed.state is None or not pushed.is_past or (found.closed and not is_another(found, pushed)):
+    if pushed is None or pushed.ends is None or not pushed.is_past or (found.closed and not is_another(found, pushed)):
         return None
-    state = of_whole(pushed.state, problem.assemblage, found.left)
+    state = of_whole(pushed.ends, problem.assemblage, found.left)
     moving, share, gone = moving_share(problem, loads, state, found.left)
     if not is_local(share, gone, local_share):
         return None

@@ -207,8 +207,7 @@ class Pushing(Overdamped):
             rest = self.held(peak, lost, more, fine)
             if rest.rests or met is not None:
                 continue
-            met = self.closed(lost, rest, load_step)
-            lost = rest if met is None else lost
+            met, lost = self.closed(lost, rest, load_step), rest
         if rest.rests and rest is not found[-1] and met is None:  # with the last factorisations
             found.append(rest)
         return Way(tuple(found), met, lost, rest.multiplier if self.counts["held"] else np.inf, not rest.rests)

@@ -46,8 +46,9 @@ LONGEST = 0.02
 class RigidPushover:
     """displacement (s,) along the live load in m and multiplier (s,) of the equilibria, from gravity on.
 
-    state: the peak, with the forces there and all the motion from it on (in its last step some stones alone may fall),
-    as a last rest that no limit state closed; None where the wall bears nothing. is_past: whether what it bears has
+    state: the peak, with the forces there and all the motion from it on, as a last rest that no limit state closed;
+    None where the wall bears nothing. ends: the same with the motion in its last step, in which some stones alone may
+    fall. is_past: whether what it bears has
     fallen by PAST since the peak, or blocks have moved far, and do not come to rest under a load just above it; else no
     more is known than that it bears it. counts: the
     ways out that were needed: steps not taken (`turned`, `shorter`, `slower`) or taken after all
@@ -57,6 +58,7 @@ class RigidPushover:
     displacement: FloatArray
     multiplier: FloatArray
     state: LimitState | None
+    ends: LimitState | None
     is_past: bool
     factorisations: int
     counts: dict[str, int]
@@ -204,11 +206,16 @@ def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = 
     if peak is stands:
         return None
     fall = way.lost.position.displacements - peak.position.displacements
-    found = pushed.states(peak.position, fall if fall.any() else way.lost.change, peak.multiplier)
+
+    def moving(change: FloatArray) -> LimitState | None:
+        found = pushed.states(peak.position, change, peak.multiplier)
+        return replace(found[-1], flow_rule="last_rest", converged=False) if found else None
+
     return RigidPushover(
         displacement=read_only([pushed.wall.unit * pushed.moved(one.position) for one in way.equilibria]),
         multiplier=read_only([one.multiplier / scale for one in way.equilibria]),
-        state=replace(found[-1], flow_rule="last_rest", converged=False) if found else None,
+        state=moving(fall if fall.any() else way.lost.change),
+        ends=moving(way.lost.change),
         is_past=way.is_lost and any(pushed.is_past(peak, one) for one in (way.equilibria[-1], way.lost)),
         factorisations=pushed.spent,
         counts=dict(pushed.counts),
