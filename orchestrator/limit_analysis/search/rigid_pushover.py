@@ -48,11 +48,9 @@ class RigidPushover:
 
     state: the peak, with the forces there and all the motion from it on, as a last rest that no limit state closed;
     None where the wall bears nothing. ends: the same with the motion in its last step, in which some stones alone may
-    fall. is_past: whether what it bears has
-    fallen by PAST since the peak, or blocks have moved far, and do not come to rest under a load just above it; else no
-    more is known than that it bears it. counts: the
-    ways out that were needed: steps not taken (`turned`, `shorter`, `slower`) or taken after all
-    (`elsewhere`), and loads `held`.
+    fall. is_past: whether what it bears has fallen by PAST since the peak, or blocks have moved far, and do not come to
+    rest under a load just above it; else no more is known than that it bears it. counts: the ways out that were needed:
+    steps not taken (`turned`, `shorter`, `slower`) or taken after all (`elsewhere`), and loads `held`.
     """
 
     displacement: FloatArray
