@@ -28,7 +28,7 @@ from headlines import ABOVE, NEAR
 
 from orchestrator import JointSettings, LoadSettings, analyse, find_joints, loads_on
 from orchestrator.basis.errors import CaseError, ConvergenceError
-from orchestrator.limit_analysis import analysis
+from orchestrator.limit_analysis import analysis, turning_joints
 from orchestrator.limit_analysis.search import (
     implicit_step,
     loading,
@@ -74,6 +74,16 @@ def _held_by_little() -> None:
     _set(pushing.Pushing, held=lambda self, peak, last, _more, fine: held(self, peak, last, fine, fine))()
 
 
+def _no_further_than_followed() -> None:
+    whole = turning_joints._curve
+
+    def curve(assemblage: Any, found: Any) -> Any:
+        known = whole(assemblage, found)
+        return (known[0][: known[1]], known[1]) if known and known[1] else known
+
+    _set(turning_joints, _curve=curve)()
+
+
 def _stones_that_fall_stay() -> None:
     road = loading.road
     _set(loading, road=lambda stiffness: replace(road(stiffness), falling=lambda _problem: ()))()
@@ -92,6 +102,8 @@ WITHOUT: dict[str, Callable[[], None]] = {
     "the nearest state": _set(loading_path.StateSearch, closed=lambda *_: None),
     "the nearest state at the lower end of a face": _set(nearest_state, FACE_WEIGHTS=()),
     "a state far below the load that let it go": _set(loading_path, LETS_GO=0.0),
+    "a state below a rest counts if nothing more is borne": _set(loading, settled=lambda found, _: found),
+    "the curve goes on beyond its end": _no_further_than_followed,
     "states that the path passed": _set(analysis, touched=lambda *_: None),
     "states of the search that close a last rest": _set(analysis, closing_state=lambda *_: None),
     "stones missed that the bound excludes": _set(loading, MISSED=np.inf),
@@ -129,6 +141,7 @@ def analysed_without(without: str) -> list[dict[str, Any]]:
         low, high = found.interval or (found.headline.load_multiplier,) * 2
         row |= {"headline": found.headline.load_multiplier, "low": low, "high": high, "by": found.headline.flow_rule}
         row |= {"closed": (found.drawn or found.headline).converged, "moved": found.rigid_peak}
+        row |= {"pressed": found.pressed_peak}
         row |= {"local": len(found.local_failures), "factorisations": found.factorisations}
         rows.append(row | {"seconds": process_time() - began})
     print(without, summarised(rows, rows), flush=True)
@@ -140,13 +153,14 @@ def summarised(rows: list[dict[str, Any]], whole: list[dict[str, Any]]) -> list[
     found = {row["run"]: row for row in rows if "headline" in row}
     before = {row["run"]: row for row in whole if "headline" in row}
     off = np.array([row["headline"] / row["micro-FE"] - 1.0 for row in found.values()])
+    left = np.array([(row["pressed"] or np.nan) / row["micro-FE"] - 1.0 for row in found.values()])
     changed = [abs(row["headline"] / before[run]["headline"] - 1.0) for run, row in found.items() if run in before]
     work, of_whole = (sum(row["factorisations"] for row in of.values()) for of in (found, before))
     return [
         f"{len(found)}", f"{sum(row['closed'] for row in found.values())}",
         f"{sum(row['moved'] is not None for row in found.values())}", f"{np.sum(np.abs(off) <= NEAR)}",
-        f"{np.sum(off > ABOVE)}", f"{np.sum(np.array(changed) > ANOTHER)}", f"{max(changed, default=0.0):.1%}",
-        f"{work / of_whole - 1.0:+.0%}",
+        f"{np.sum(off > ABOVE)}", f"{np.sum(np.abs(left) <= NEAR)}", f"{np.sum(np.array(changed) > ANOTHER)}",
+        f"{max(changed, default=0.0):.1%}", f"{work / of_whole - 1.0:+.0%}",
     ]  # fmt: skip
 
 
@@ -155,8 +169,8 @@ def write(rows: list[dict[str, Any]]) -> None:
     study.write_table(FOLDER / "loading_rescues.csv", rows)
     whole = [row for row in rows if row["without"] == "nothing"]
     names = [
-        "without", "analyses", "states closed", "peaks passed", f"within {NEAR:.1%}", f"above {ABOVE:.0%}", "others",
-        "farthest", "factorisations",
+        "without", "analyses", "states closed", "peaks passed", f"within {NEAR:.1%}", f"above {ABOVE:.0%}",
+        "pressed within", "others", "farthest", "factorisations",
     ]  # fmt: skip
     lines = [names, ["---"] * len(names)]
     for without in dict.fromkeys(row["without"] for row in rows):
