@@ -21,8 +21,8 @@ from shapely.ops import polygonize, unary_union
 FOLDER = Path(__file__).parent
 sys.path[:0] = [str(FOLDER)]
 
-import headlines
 import path as study
+from stored import table
 
 from orchestrator import JointSettings, LoadSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.app.progress import IncrementDone
@@ -116,7 +116,7 @@ def main(first: int, after: int) -> None:
         f"interval, {len(far) - without} reach another, and {without} have no valid curve. These others are:"
     )
     head = (FOLDER / "cut_walls_head.md").read_text()
-    (FOLDER / "cut_walls.md").write_text(f"{head}\n{said}\n\n{headlines.markdown(far) if far else 'none.'}\n")
+    (FOLDER / "cut_walls.md").write_text(f"{head}\n{said}\n\n{table(far) if far else 'none.'}\n")
 
 
 if __name__ == "__main__":

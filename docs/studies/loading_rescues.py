@@ -2,7 +2,7 @@
 
     python docs/studies/loading_rescues.py [number of processes, default 2]
 
-Two of three of the walls and directions of macroblock_peaks.py, against micro-FE there. Writes loading_rescues.csv and
+One of three of the walls and directions of macroblock_peaks.py, against micro-FE there. Writes loading_rescues.csv and
 loading_rescues.md beside this file.
 """
 
@@ -24,7 +24,7 @@ FOLDER = Path(__file__).parent
 sys.path[:0] = [str(FOLDER)]
 
 import path as study
-from headlines import ABOVE, NEAR
+from stored import ABOVE, NEAR
 
 from orchestrator import JointSettings, LoadSettings, analyse, find_joints, loads_on
 from orchestrator.basis.errors import CaseError, ConvergenceError
@@ -129,7 +129,7 @@ def analysed_without(without: str) -> list[dict[str, Any]]:
     rows = []
     with PEAKS.open(encoding="utf-8") as file:
         peaks = {int(row["run"]): float(row["micro-FE"]) for row in csv.DictReader(file)}
-    for run in sorted(number for number in peaks if number % 3 != 2):
+    for run in sorted(number for number in peaks if number % 3 == 0):
         family, wall = study.wall_of(run // 2)
         row = {"without": without, "run": run, "family": family, "micro-FE": peaks[run]}
         assemblage, began = find_joints(wall, JointSettings()), process_time()

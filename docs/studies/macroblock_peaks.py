@@ -21,10 +21,12 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
-import headlines
 import held_out
 import numpy as np
 import path
+from stored import ABOVE as HEADLINE_ABOVE
+from stored import NEAR as HEADLINE_NEAR
+from stored import table as in_markdown
 
 from orchestrator import (
     CaseError,
@@ -46,8 +48,6 @@ from orchestrator.masonry.wall import Wall
 FOLDER = Path(__file__).parent
 NEAR, ABOVE, FEWER = 0.02, 0.04, 0.8
 """what macroblocks are to reach: a peak this near to micro-FE's, never further above, so many fewer bodies"""
-HEADLINE_NEAR, HEADLINE_ABOVE = 0.015, 0.03
-"""what the headline of limit analysis is to reach: as near, never further above"""
 
 
 def compared(run: int, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def write(rows: list[dict[str, Any]]) -> None:
     """Write macroblock_peaks.csv and macroblock_peaks.md."""
     names = write_csv(rows, "macroblock_peaks.csv")
     head = (FOLDER / "macroblock_peaks_head.md").read_text()
-    table = headlines.markdown([{name: row.get(name, "") for name in names} for row in rows])
+    table = in_markdown([{name: row.get(name, "") for name in names} for row in rows])
     (FOLDER / "macroblock_peaks.md").write_text(f"{head}\n{said(rows)}\n\n{table}\n")
 
 
@@ -174,15 +174,13 @@ def each(order: Sequence[int], of: Callable[[int], tuple[str, Wall]]) -> Iterato
 
 def main(most: int | None) -> None:
     """Run all and write the tables after each."""
-    for rows in each(sorted(headlines.peaks_of_path(), key=lambda run: 37 * run % 100)[:most], path.wall_of):
+    for rows in each(sorted(range(100), key=lambda run: 37 * run % 100)[:most], path.wall_of):
         write(rows)
 
 
 def main_held_out() -> None:
     """Run the walls of held_out.py and write their table after each."""
-    with (FOLDER / "held_out_peaks.csv").open() as file:
-        known = [row for row in csv.DictReader(file) if not row["ended"].startswith(("left", "STOPPED"))]
-    for rows in each(sorted(2 * int(row["wall"]) + (row["direction"] == "-x") for row in known), held_out.wall_of):
+    for rows in each(range(2 * held_out.WALLS), held_out.wall_of):
         write_csv(rows, "macroblock_peaks_held_out.csv")
     print(said(rows))
 

@@ -5,7 +5,8 @@
 writes path.csv and path.md beside this file. A quarter of the pushovers are of irregular courses, half of rubble and
 arched walls that were drawn with errors and imported (any_wall.py), a quarter of larger rubble. The end of a curve is a
 base shear 20 % below the peak, a top displacement of a thirtieth of the height, or the fall of the wall; nothing is set
-by hand. A run is left after LIMIT s of CPU time. Two runs go side by side.
+by hand, and elements are those of `run`: short ones where limit analysis finds that stones turn. A run is left after
+LIMIT s of CPU time. Two runs go side by side.
 """
 
 from __future__ import annotations
@@ -32,11 +33,12 @@ import any_wall
 from mpi4py import MPI
 
 from orchestrator.basis.errors import CollapseError, ConvergenceError
-from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.limit_analysis import LimitAnalysis, analyse
+from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
 from orchestrator.loads.block_loads import loads_on
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
-from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, Rubble, irregular_courses, rubble
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Wall
@@ -48,7 +50,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.storage.effort import effort_of
 
-LIMIT = 120.0
+LIMIT = 600.0
 COURSES, DRAWN = 24, 50
 """pushovers of irregular courses, and of walls that were drawn; the rest are of larger rubble"""
 OPENING = ((0.475, 0.925, 1.0, 1.7),)
@@ -88,22 +90,29 @@ def wall_of(number: int) -> tuple[str, Wall]:
 
 def pushed(run: int) -> dict[str, Any]:
     """Return the row of one pushover: pair of walls run // 2, along +x or -x."""
-    return {"run": run} | pushed_wall(*wall_of(run // 2), 1 - 2 * (run % 2))
+    family, assemblage, analysis = analysed_run(run)
+    return {"run": run, "family": family} | pushed_stones(assemblage, analysis)
 
 
-def pushed_wall(
-    family: str, wall: Wall, direction: int, limit: float = LIMIT, size_over_default: float = 1.0
-) -> dict[str, Any]:
-    """Return the row of a wall pushed along +x (1) or -x (-1), left after `limit` s of CPU time."""
-    began = process_time()
+def analysed_run(run: int) -> tuple[str, Assemblage, LimitAnalysis]:
+    """Return the family of a pushover, its wall and limit analysis."""
+    family, wall = wall_of(run // 2)
     assemblage = find_joints(wall, JointSettings())
-    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    return family, assemblage, analyse(assemblage, loads=loads_on(wall, LoadSettings("-x" if run % 2 else "+x")))
+
+
+def pushed_stones(
+    assemblage: Assemblage, analysis: LimitAnalysis, limit: float = LIMIT, size_over_default: float = 1.0
+) -> dict[str, Any]:
+    """Return the row of a wall pushed stone by stone under the loads of its limit analysis, left after `limit` s of CPU
+    time."""
+    forces, hinges, began = analysis.headline.joint_forces, pressed_at_hinges(assemblage, analysis), process_time()
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage), forces, hinges=hinges)
     meshes = mesh_bodies(bodies, MeshSettings(size=size_over_default * MeshSettings().size_of(bodies)), None)
+    direction = np.sign(analysis.loads.live[:, 0].sum())
     along = own_weight(meshes, np.array([direction, 0.0]))
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True, along)
-    stepping = SteppingSettings()
-    loads = loads_on(wall, LoadSettings("+x" if direction > 0 else "-x"))
-    expected = refuse_what_cannot_be_analysed(assemblage, loads).load_multiplier
+    stepping, expected = SteppingSettings(), analysis.expected_multiplier
     ended, kept = "", list[Increment]()
     try:
         with LinearSystem(model, MPI.COMM_SELF) as system:
@@ -120,7 +129,6 @@ def pushed_wall(
     effort = effort_of(kept, model.body_names, model.body_mass)
     lateral = [increment for increment in kept if increment.phase != "gravity"]
     return {
-        "family": family,
         "direction": "+x" if direction > 0 else "-x",
         "stones": model.bodies,
         "peak": kept[-1].largest_base_shear / model.horizontal_load,

@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,8 @@ sys.path[:0] = [str(FOLDER)]
 import path as study
 
 from orchestrator.basis.errors import ConvergenceError
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.masonry.joints import Assemblage
 from orchestrator.pushover.path import growth, increment_solver, motion, stepping
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve import contact_path, newton
@@ -113,23 +116,23 @@ WITHOUT = {
 """what is taken away -> how"""
 
 
-def pushed_without(without: str) -> list[dict[str, Any]]:
+def pushed_without(without: str, analysed: dict[int, tuple[str, Assemblage, LimitAnalysis]]) -> list[dict[str, Any]]:
     """Return the rows of all pushovers without one thing, which stays away in this process."""
     WITHOUT[without]()
     rows = []
-    for number in RUNS:
-        family, wall = study.wall_of(number // 2)
-        row = study.pushed_wall(family, wall, 1 - 2 * (number % 2), LIMIT)
-        rows.append({"without": without, "run": number, **row})
+    for run, (family, assemblage, analysis) in analysed.items():
+        row = {"without": without, "run": run, "family": family}
+        rows.append(row | study.pushed_stones(assemblage, analysis, LIMIT))
         print(rows[-1], flush=True)
     return rows
 
 
 def main(processes: int) -> None:
-    """Run all and write the table."""
+    """Analyse the walls, run all and write the table."""
     rows: list[dict[str, Any]] = []
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        for of in pool.map(pushed_without, WITHOUT):
+        analysed = dict(zip(RUNS, pool.map(study.analysed_run, RUNS), strict=True))
+        for of in pool.map(pushed_without, WITHOUT, repeat(analysed)):
             rows.extend(of)
             write(rows)
 

@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 import path
-from macroblock_peaks import HEADLINE_ABOVE, HEADLINE_NEAR
-from stored import markdown, written_after_each
+from stored import ABOVE, NEAR, markdown, written_after_each
 
 from orchestrator import (
     CollapseError,
@@ -96,9 +95,9 @@ def said(done: list[dict[str, Any]]) -> str:
     def counted(headline: str, micro: str) -> str:
         off = np.array([float(row[headline]) / float(row[micro]) - 1.0 for row in done if row[micro]])
         return (
-            f"within {HEADLINE_NEAR:.1%} in {np.sum(np.abs(off) <= HEADLINE_NEAR)} of {len(off)}, more than "
-            f"{HEADLINE_ABOVE:.0%} above in {np.sum(off > HEADLINE_ABOVE)}, more than {HEADLINE_NEAR:.1%} below in "
-            f"{np.sum(off < -HEADLINE_NEAR)} (highest {off.max():+.1%}, lowest {off.min():+.1%})"
+            f"within {NEAR:.1%} in {np.sum(np.abs(off) <= NEAR)} of {len(off)}, more than "
+            f"{ABOVE:.0%} above in {np.sum(off > ABOVE)}, more than {NEAR:.1%} below in "
+            f"{np.sum(off < -NEAR)} (highest {off.max():+.1%}, lowest {off.min():+.1%})"
         )
 
     return (

@@ -1,4 +1,4 @@
-"""What studies share: figures that are not computed twice, curves that may stop early, tables."""
+"""What studies share: how near a headline is to be, figures that are not computed twice, curves that may stop early, tables."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from typing import Any
 from orchestrator import CollapseError, ConvergenceError, PushoverCurve, SteppingSettings
 from orchestrator.pushover.increments import Increment, end_of_curve
 from orchestrator.storage import write_json
+
+NEAR, ABOVE = 0.015, 0.03
+"""parts of micro-FE's peak: a headline this near counts as right; none may lie further above"""
 
 RESULTS = Path(__file__).parents[2] / "results"
 """where figures are kept; `make clean` removes them, and so must who changes the mechanics"""
@@ -59,3 +62,8 @@ def written_after_each(
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(line)} |" for line in (heads, ["---"] * len(heads), *rows))
+
+
+def table(rows: Sequence[dict[str, object]]) -> str:
+    """Return rows with the columns of the first as a table in Markdown."""
+    return markdown(list(rows[0]), [[str(row.get(name, "")) for name in rows[0]] for row in rows])

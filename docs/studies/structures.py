@@ -12,11 +12,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise, zip_longest
 from pathlib import Path
 
-import headlines
 import macroblock_peaks
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from stored import table as in_markdown
 
 from orchestrator import JointSettings, LoadSettings, analyse, find_joints, loads_on
 from orchestrator.basis.arrays import FloatArray, read_only
@@ -248,7 +248,7 @@ def main() -> None:
         rows = [{"structure": row["family"], "stones": row["blocks"]} | row for row in done]
     table = [{name: row.get(name, "") for name in COLUMNS} for row in rows]
     head = (FOLDER / "structures_head.md").read_text()
-    (FOLDER / "structures.md").write_text(f"{head}\n{macroblock_peaks.said(rows)}\n\n{headlines.markdown(table)}\n")
+    (FOLDER / "structures.md").write_text(f"{head}\n{macroblock_peaks.said(rows)}\n\n{in_markdown(table)}\n")
     macroblock_peaks.write_csv(rows, "structures.csv")
     figure = Figure(figsize=(9.0, 10.0), layout="constrained")
     for run, axes in zip_longest(runs(), figure.subplots(6, 4).ravel()):
