@@ -81,6 +81,11 @@ def compared(run: int, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> 
             "micro-FE": f"{peak:.4f}",
             "micro_s": round(process_time() - began, 1),
             "micro_ended": _ended(micro),
+            "micro_iterations": micro.summary.newton_iterations,
+            "micro_steps": micro.summary.steps,
+            "micro_in_motion": micro.summary.moving_steps,
+            "micro_events": len(micro.summary.events),
+            "micro_rescues": sum(micro.summary.rescues.values()),
         }
         began = process_time()
         partition, done = push_and_refine(
@@ -144,7 +149,8 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def write(rows: list[dict[str, Any]]) -> None:
-    """Write macroblock_peaks.csv and macroblock_peaks.md."""
+    """Write macroblock_peaks.csv and macroblock_peaks.md, and path.md."""
+    path.write(rows)
     names = write_csv(rows, "macroblock_peaks.csv")
     head = (FOLDER / "macroblock_peaks_head.md").read_text()
     table = in_markdown([{name: row.get(name, "") for name in names} for row in rows])
@@ -174,7 +180,7 @@ def each(order: Sequence[int], of: Callable[[int], tuple[str, Wall]]) -> Iterato
 
 def main(most: int | None) -> None:
     """Run all and write the tables after each."""
-    for rows in each(sorted(range(100), key=lambda run: 37 * run % 100)[:most], path.wall_of):
+    for rows in each(sorted(range(path.PUSHOVERS), key=lambda run: 37 * run % path.PUSHOVERS)[:most], path.wall_of):
         write(rows)
 
 

@@ -1,21 +1,16 @@
-"""Walls of all families, every stone a body, pushed both ways: does the path reach its end, and at what cost?
+"""Walls of all families, pushed stone by stone both ways: what other studies are made on.
 
-    python docs/studies/path.py [number of pushovers, default 100]
-
-writes path.csv and path.md beside this file. A quarter of the pushovers are of irregular courses, half of rubble and
-arched walls that were drawn with errors and imported (any_wall.py), a quarter of larger rubble. The end of a curve is a
-base shear 20 % below the peak, a top displacement of a thirtieth of the height, or the fall of the wall; nothing is set
-by hand, and elements are those of `run`: short ones where limit analysis finds that stones turn. A run is left after
-LIMIT s of CPU time. Two runs go side by side.
+A quarter of the pushovers are of irregular courses, half of rubble and arched walls that were drawn with errors and
+imported (any_wall.py), a quarter of larger rubble. The end of a curve is a base shear 20 % below the peak, a top
+displacement of a thirtieth of the height, or the fall of the wall; nothing is set by hand, and elements are those of
+`run`: short ones where limit analysis finds that stones turn. path.md is written by macroblock_peaks.py, which pushes
+all of them.
 """
 
 from __future__ import annotations
 
 import csv
 import sys
-from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -31,6 +26,7 @@ sys.path[:0] = [str(PROJECT), str(FOLDER)]
 
 import any_wall
 from mpi4py import MPI
+from stored import markdown
 
 from orchestrator.basis.errors import CollapseError, ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis, analyse
@@ -50,7 +46,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.storage.effort import effort_of
 
-LIMIT = 600.0
+PUSHOVERS, LIMIT = 100, 600.0
 COURSES, DRAWN = 24, 50
 """pushovers of irregular courses, and of walls that were drawn; the rest are of larger rubble"""
 OPENING = ((0.475, 0.925, 1.0, 1.7),)
@@ -88,12 +84,6 @@ def wall_of(number: int) -> tuple[str, Wall]:
     return "larger rubble", rubble(Rubble(2.6, 2.2, stone=stone, flatness=flatness, seed=number))
 
 
-def pushed(run: int) -> dict[str, Any]:
-    """Return the row of one pushover: pair of walls run // 2, along +x or -x."""
-    family, assemblage, analysis = analysed_run(run)
-    return {"run": run, "family": family} | pushed_stones(assemblage, analysis)
-
-
 def analysed_run(run: int) -> tuple[str, Assemblage, LimitAnalysis]:
     """Return the family of a pushover, its wall and limit analysis."""
     family, wall = wall_of(run // 2)
@@ -127,40 +117,17 @@ def pushed_stones(
     except ConvergenceError as error:
         ended = f"STOPPED: {error}"
     effort = effort_of(kept, model.body_names, model.body_mass)
-    lateral = [increment for increment in kept if increment.phase != "gravity"]
     return {
         "direction": "+x" if direction > 0 else "-x",
         "stones": model.bodies,
         "peak": kept[-1].largest_base_shear / model.horizontal_load,
-        "moved_mm": 1e3 * lateral[-1].control_displacement if lateral else 0.0,
         "iterations": effort.newton_iterations,
-        "rows": effort.steps,
-        "in_motion": effort.moving_steps,
-        "events": len(effort.events),
-        "first_event": effort.events[0].load_multiplier if effort.events else "",
+        "rescues": sum(effort.rescues.values()),
         "fallen_share": sum(event.dead_load_share for event in effort.events),
         "energy_error": effort.energy_error,
-        "rescues": sum(effort.rescues.values()),
-        **{kind: count for kind, count in Counter(_kinds(effort.rescues)).items()},
         "seconds": round(process_time() - began, 1),
         "ended": ended,
     }
-
-
-def _kinds(rescues: dict[str, int]) -> list[str]:
-    """Return what was done about failed attempts, without the sizes."""
-    kinds = ("retried", "settled", "moved until it rested", "driven", "local part", "shorter step", "moved on")
-    return [kind for said, count in rescues.items() for kind in kinds if kind in said for _ in range(count)]
-
-
-def main(count: int) -> None:
-    """Run all pushovers and write the table."""
-    rows: list[dict[str, Any]] = []
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        for row in pool.map(pushed, sorted(range(count), key=lambda run: 37 * run % count)):  # all families early
-            rows.append(row)
-            print(row, flush=True)
-            write(rows)
 
 
 def write_table(path: Path, rows: list[dict[str, Any]]) -> None:
@@ -172,23 +139,21 @@ def write_table(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def write(rows: list[dict[str, Any]]) -> None:
-    """Write path.csv and path.md."""
-    write_table(FOLDER / "path.csv", rows)
+    """Write path.md of the rows of macroblock_peaks.csv that have a curve of every stone."""
+    rows = [row for row in rows if "micro_iterations" in row]
     families = [row["family"].split(",")[0] for row in rows]
     lines = []
     for family in [*dict.fromkeys(families), "all"]:
         of = [row for row, name in zip(rows, families, strict=True) if family in (name, "all")]
-        work = [row["iterations"] for row in of]
-        ended = sum(not str(row["ended"]).startswith(("left", "STOPPED")) for row in of)
-        lines.append(
-            f"| {family} | {len(of)} | {ended} | {np.median(work):.0f} | {np.quantile(work, 0.95):.0f} | {max(work)} "
-            f"| {sum(row['in_motion'] for row in of)} of {sum(row['rows'] for row in of)} "
-            f"| {sum(row['events'] for row in of)} | {sum(row['rescues'] for row in of)} |"
+        work = [row["micro_iterations"] for row in of]
+        ended = sum(not row["micro_ended"].startswith("NOT VALID") for row in of)
+        moving, steps, events, rescues = (
+            sum(row[f"micro_{name}"] for row in of) for name in ("in_motion", "steps", "events", "rescues")
         )
+        lines.append(
+            [family, f"{len(of)}", f"{ended}", f"{np.median(work):.0f}", f"{np.quantile(work, 0.95):.0f}"]
+            + [f"{max(work)}", f"{moving} of {steps}", f"{events}", f"{rescues}"]
+        )
+    names = ["family", "pushovers", "reach their end", "iterations, median", "95 %", "most", "in motion", "events"]
     head = (FOLDER / "path_head.md").read_text()
-    names = "| family | pushovers | reach their end | iterations, median | 95 % | most | in motion | events | rescues |"
-    (FOLDER / "path.md").write_text("\n".join([head, names, "|" + " --- |" * 9, *lines, ""]))
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    (FOLDER / "path.md").write_text(f"{head}\n{markdown([*names, 'rescues'], lines)}\n")

@@ -1,4 +1,4 @@
-"""What studies share: how near a headline is to be, figures that are not computed twice, curves that may stop early, tables."""
+"""What studies share: how near a headline is to be, figures not computed twice, curves that may stop early, tables."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def test_a_long_motion_ends_in_a_valid_state_and_its_peak_in_large_displacements
     assert validate(wall, assemble_equilibrium(wall), coulomb(wall), state).complaints == ()
     assert state.load_multiplier == pytest.approx(found.last_rest, rel=0.01)
     peak = analyse(wall).rigid_curve[:, 1].max()
-    assert peak == pytest.approx(0.2803, rel=0.01), "peak of micro-FE, run 14 of docs/studies/path.csv"
+    assert peak == pytest.approx(0.2803, rel=0.01), "peak of micro-FE, run 14 of docs/studies/macroblock_peaks.csv"
 
 
 def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so():

@@ -35,7 +35,7 @@ from tests.support.walls import between
 WALL = DATA / "rubble_36_stones.json"
 """run 65 of docs/studies/path.py: rubble, drawn with errors of millimetres"""
 MICRO_FE = 0.4523
-"""peak of that wall pushed to -x stone by stone, docs/studies/path.csv"""
+"""peak of that wall pushed to -x stone by stone, docs/studies/macroblock_peaks.csv"""
 
 
 def test_bodies_that_do_not_know_the_mechanism_of_the_stones():

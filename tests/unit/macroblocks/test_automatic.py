@@ -71,7 +71,7 @@ SEED_7 = ((2.6, 1.8), {"openings": DOOR_AND_WINDOW, "widths": (0.2, 0.4), "heigh
 
 @pytest.mark.parametrize(("pattern", "peak"), [(SEED_2, 0.3568), (SEED_7, 0.3625)])
 def test_the_state_that_the_elastic_wall_meets_stays_possible(pattern, peak):
-    """Peaks of micro-FE, runs 2 and 10 of docs/studies/path.csv; the sequence settles on 0.3779 and 0.4139.
+    """Peaks of micro-FE, runs 2 and 10 of docs/studies/macroblock_peaks.csv; the sequence settles on 0.3779 and 0.4139.
 
     The headline is the peak to 1.5 %, and the bodies have it.
     """
