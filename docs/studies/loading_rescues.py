@@ -96,7 +96,7 @@ WITHOUT: dict[str, Callable[[], None]] = {
     "joints of another stiffness": _set(loading, STIFFNESSES=loading.STIFFNESSES[:1]),
     "a first rest under less load": _set(pushing, FIRST_LOADS=pushing.FIRST_LOADS[:1]),
     "more is held where that led to a rest only": _held_by_little,
-    "a step that turns is made shorter": _set(pushing, TURNED=np.inf),
+    "a step that turns is made shorter": _set(pushing, TURNED=1e300),
     "a first step is ten times the shortest": _set(pushing, FIRST=1.0),
     "steps too short end it": _set(pushing, SHORTEST=(1e-9, 1e-9)),
     "the nearest state": _set(loading_path.StateSearch, closed=lambda *_: None),

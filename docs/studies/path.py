@@ -156,4 +156,4 @@ def write(rows: list[dict[str, Any]]) -> None:
         )
     names = ["family", "pushovers", "reach their end", "iterations, median", "95 %", "most", "in motion", "events"]
     head = (FOLDER / "path_head.md").read_text()
-    (FOLDER / "path.md").write_text(f"{head}\n{markdown([*names, 'rescues'], lines)}\n")
+    (FOLDER / "path.md").write_text(head.replace("{{table}}", markdown([*names, "rescues"], lines)))

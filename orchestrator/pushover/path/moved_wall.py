@@ -4,8 +4,8 @@ A gap that was drawn may close. Then the wall bears more than the joints drawn c
 
 Do supports hold it? Then every multiple of the live load is in balance with forces that no contact refuses, and its
 multiplier has no upper bound (the static theorem). Such a direction, in which contact forces grow with the live load
-for ever, has no part of the dead load, and none of what is bounded: cohesion, ties, contacts that may crush. It is a
-linear program without an objective: forces n >= 0, |s| <= mu n in balance with the live load alone.
+for ever, has no part of the dead load, and none of what is bounded: cohesion, ties, contacts that may crush: forces
+n >= 0, |s| <= mu n in balance with the live load alone.
 
 Is it the contacts that were not drawn by which it bears so much? Then it bears less without them: Eq. (1) of the
 moved wall, with the contacts between faces that touched from the beginning.
@@ -23,9 +23,6 @@ from scipy.optimize import linprog
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.model import ContactModel, displaced, without
-
-UNBOUNDED = 3
-"""status of a program of scipy"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,10 +72,19 @@ def is_held(model: ContactModel, state: Increment) -> bool:
     wall, pressed = moved_wall(model, state), state.normal_force > 0.0
     if model.mortar is not None:
         pressed = pressed & np.isinf(model.mortar.strength)
-    balance, live = wall.forces(pressed), wall.live / np.abs(wall.live).max()
-    return balance.shape[1] > 0 and bool(
-        linprog(np.zeros(balance.shape[1]), A_eq=balance, b_eq=-live, method="highs").status == 0
-    )
+    return balances(wall.forces(pressed), wall.live)
+
+
+def balances(forces: sparse.csr_matrix, load: FloatArray) -> bool:
+    """Return whether contact forces, columns (d, k) that may grow, balance a load (d,).
+
+    They balance all of it or nothing, as what may grow is a cone. Asked for the largest part a linear program has an
+    answer either way; asked for forces alone HiGHS goes on for ever over some that there are none of.
+    """
+    rows = sparse.hstack([forces, sparse.csr_matrix(load[:, None] / np.abs(load).max())])
+    largest, most = np.append(np.zeros(forces.shape[1]), -1.0), [(0.0, None)] * forces.shape[1] + [(0.0, 1.0)]
+    found = linprog(largest, A_eq=rows, b_eq=np.zeros(len(load)), bounds=most, method="highs")
+    return found.x is not None and bool(found.x[-1] > 0.5)
 
 
 def most_of_drawn_contacts(model: ContactModel, state: Increment) -> float | None:
@@ -96,9 +102,9 @@ def most_of_drawn_contacts(model: ContactModel, state: Increment) -> float | Non
     touch = (state.normal_force > 0.0) | (np.nan_to_num(state.gap, nan=np.inf) <= model.slip_tolerance)
     wall = moved_wall(model, state)
     forces = wall.forces(touch & ~new)
+    if not balances(forces, wall.dead):
+        return 0.0
     balance = sparse.hstack([forces, sparse.csr_matrix(wall.live[:, None])]) / model.weight
     gain = np.append(np.zeros(forces.shape[1]), -1.0)
     found = linprog(gain, A_eq=balance, b_eq=-wall.dead / model.weight, method="highs")
-    if found.status == UNBOUNDED:
-        return None
-    return float(found.x[-1]) if found.status == 0 else 0.0
+    return None if found.x is None else float(found.x[-1])
