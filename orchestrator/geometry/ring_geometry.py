@@ -132,3 +132,11 @@ def _bend(chain: FloatArray, a: int, b: int) -> float:
     """Return by what part of its length a chain (p, 2) bends between two of its points; infinity where it is closed."""
     length = float(np.hypot(*(chain[b] - chain[a])))
     return _farthest(chain, a, b)[1] / length if length else np.inf
+
+
+def depth_of_overlap(common: shapely.Geometry) -> float:
+    """Return how deep an overlap is, m: of its parts the greatest width of the narrowest rectangle round one."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # of edges shorter than rounding
+        around = [shapely.get_coordinates(shapely.oriented_envelope(part)) for part in shapely.get_parts(common)]
+    sides = [np.linalg.norm(np.diff(corners, axis=0), axis=1)[:2] for corners in around if len(corners) > 4]
+    return float(max((side.min() for side in sides), default=0.0))

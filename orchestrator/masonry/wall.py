@@ -14,7 +14,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.ring_geometry import clicked_once
+from orchestrator.geometry.ring_geometry import clicked_once, depth_of_overlap
 
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
@@ -207,8 +207,7 @@ def refuse_overlaps(wall: Wall, tolerance: float) -> None:
     if len(overlaps):
         first = min(overlaps, key=lambda pair: (i[pair], j[pair]))
         one, other = wall.blocks[i[first]], wall.blocks[j[first]]
-        shared = outlines[i[first]].intersection(outlines[j[first]])
-        depth = 2 * shared.area / shared.length
+        depth = depth_of_overlap(outlines[i[first]].intersection(outlines[j[first]]))
         problem = f"overlaps block {other.id} by {common[first]:.3g} m2, {millimetres(depth)} deep"
         twice = common[first] > DRAWN_TWICE * min(outlines[i[first]].area, outlines[j[first]].area)
         remedy = "drawn twice? remove one of them" if twice else "correct one of them"

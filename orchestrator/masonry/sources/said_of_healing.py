@@ -10,6 +10,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import as_place, few, millimetres
 from orchestrator.geometry.healing import Gap, closed_gaps, open_gaps
 from orchestrator.geometry.planar_map import OverlapError, PlanarMap
+from orchestrator.geometry.ring_geometry import depth_of_overlap
 from orchestrator.masonry.sources.doubtful_stones import SLIVER, mean_width, slenderness
 from orchestrator.masonry.wall import Block, Wall, shapes
 
@@ -40,7 +41,7 @@ def folded(drawn: Wall, error: OverlapError, within: float) -> CaseError:
     key = f"blocks {drawn.blocks[i].id} and {drawn.blocks[j].id} at {as_place(x, y)} m"
     near = {i, j, *shapely.STRtree(outlines).query(shapely.Point(x, y), "dwithin", within).tolist()}
     thinnest = min(sorted(near), key=lambda k: mean_width(outlines[k]))
-    if _depth(outlines[i].intersection(outlines[j])) > within:
+    if depth_of_overlap(outlines[i].intersection(outlines[j])) > within:
         problem = f"lie on one another, by more than the tolerance of {millimetres(within)}"
         return CaseError(key, problem, "correct the drawing, or raise --tolerance")
     if thin := thin_stone(drawn.blocks[thinnest], within):
@@ -59,12 +60,6 @@ def thin_stone(block: Block, within: float) -> ThinStoneError | None:
         what, remedy = "is a sliver", "a joint drawn twice? remove it"
     thinner = f"thinner than the {millimetres(within)} over which gaps and overlaps are closed"
     return ThinStoneError(f"block {block.id}", f"{what} {millimetres(width)} wide, {thinner}", remedy)
-
-
-def _depth(common: shapely.Geometry) -> float:
-    """Return how deep an overlap is, m: the width of the narrowest rectangle round it."""
-    corners = shapely.get_coordinates(shapely.oriented_envelope(common))
-    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1)[:2].min()) if len(corners) > 4 else 0.0
 
 
 def _words(gap: Gap, wall: Wall, within: float) -> str:

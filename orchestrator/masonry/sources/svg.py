@@ -115,7 +115,7 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
     unit, remarks = _unit(root, scale)
     drawn, said = _all_drawn(root)
     remarks += said
-    on = _by_role(drawn, layers)
+    on = _by_role(drawn, layers, said)
     points = {
         role: [(name, _flat(one, CHORD * tolerance / unit) * unit * [1.0, -1.0], one.path) for name, one in members]
         for role, members in on.items()
@@ -234,8 +234,9 @@ def _names(element: Element, tag: str) -> list[str]:
     return [name] if name and not AUTOMATIC.fullmatch(name) else []
 
 
-def _by_role(drawn: list[Drawn], layers: Layers) -> dict[str, list[tuple[str, Drawn]]]:
-    """Return name and subpath by role: the innermost name that is chosen counts. Without names all are blocks."""
+def _by_role(drawn: list[Drawn], layers: Layers, said: list[str]) -> dict[str, list[tuple[str, Drawn]]]:
+    """Return name and subpath by role: the innermost name that is chosen counts. Without names all are blocks. said: of
+    what is not read, told where nothing is left."""
     on: dict[str, list[tuple[str, Drawn]]] = {role: [] for role in ROLES}
     if layers.blocks == Layers().blocks and not any(one.names for one in drawn):
         on["blocks"] = [("", one) for one in drawn]
@@ -250,7 +251,7 @@ def _by_role(drawn: list[Drawn], layers: Layers) -> dict[str, list[tuple[str, Dr
             on[role].append((name, one))
     if not on["blocks"]:
         groups = ", ".join(sorted({name for one in drawn for name in one.names})[:20]) or "none with paths"
-        problem = f"nothing is drawn in a group {layers.blocks!r}"
+        problem = "; ".join([f"nothing is drawn in a group {layers.blocks!r}", *said]).replace("WARNING: ", "")
         raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's groups: {groups}")
     return on
 

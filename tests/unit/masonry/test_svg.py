@@ -108,6 +108,12 @@ def test_svg_groups_are_roles_and_materials(tmp_path):
         read_svg(svg(tmp_path, body), Layers(), 1e-5)
 
 
+def test_svg_of_clones_alone_says_that_they_are_passed_over(tmp_path):
+    stone = f'<defs><path id="a" d="{as_path(STONES[0])}"/></defs><use href="#a"/><use href="#a" x="40"/>'
+    with pytest.raises(CaseError, match=r"nothing is drawn in a group 'blocks'; passed over: 2 use"):
+        read_svg(svg(tmp_path, stone), Layers(), 1e-5)
+
+
 HIDDEN = [
     ("", '<path d="{0}" visibility="hidden"/>'),
     ("", '<path d="{0}" style="fill:none; visibility : collapse"/>'),

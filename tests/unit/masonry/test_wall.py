@@ -55,7 +55,8 @@ def test_rounding_of_a_turned_moved_wall_is_no_overlap_but_a_millimetre_is(angle
 @pytest.mark.parametrize(
     ("wall", "complaint"),
     [
-        (with_second(box(2, 1 - 1e-3, 2, 0, 1)), r"block 1: overlaps block 2 by 0\.001 m2"),
+        (with_second(box(2, 1 - 1e-3, 2, 0, 1)), r"block 1: overlaps block 2 by 0\.001 m2, 1 mm deep"),
+        (with_second(box(2, 0.9, 2, 0.2, 0.5)), r"block 1: overlaps block 2 by 0\.03 m2, 100 mm deep"),
         (with_second(box(2, 0.2, 0.4, 0.2, 0.4)), r"block 1: overlaps block 2 by 0\.04 m2"),
         (with_second(STONE), "block 1: two blocks have this id"),
         (with_second(box(2, 1, 1, 0, 1)), "block 2: its polygon"),

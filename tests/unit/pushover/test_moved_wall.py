@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 
 from orchestrator.pushover.path.moved_wall import balances
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parent / "unbalanced_contacts.json"
 
 
 @pytest.mark.parametrize(("push", "held"), [(0.4, True), (0.6, False)], ids=["within friction", "beyond"])
@@ -21,7 +21,7 @@ def test_a_block_pressed_on_a_floor_bears_what_friction_bears(push: float, held:
 
 def test_forces_of_a_horseshoe_arch_that_balance_nothing() -> None:
     """HiGHS ran for ever when it was asked for such forces; least squares say that there are none."""
-    found = json.loads((DATA / "unbalanced_contacts.json").read_text())
+    found = json.loads(DATA.read_text())
     forces = sparse.csr_matrix((found["value"], (found["row"], found["column"])), found["shape"])
     load = np.array(found["load"])
     assert nnls(forces.toarray(), -load)[1] > 0.1 * np.linalg.norm(load)
