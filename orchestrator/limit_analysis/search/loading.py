@@ -141,10 +141,9 @@ def loaded(
         pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
         spent = found.factorisations + (pushed.factorisations if pushed else 0)
         found = replace(found, pushed=pushed, displaced_rests=pushed is not None, factorisations=spent)
-        found = settled(found, problem.assemblage)
         failure = come_loose(found, problem, loads, local_share)
         if failure is None:
-            return found
+            return settled(found, problem.assemblage)
         left = found.left & ~np.isin([block.id for block in problem.assemblage.wall.blocks], failure.stones)
         before = left, (*found.local_failures, failure)
         rest = in_small_displacements(problem, loads, optimum, local_share, most_blocks, before)
