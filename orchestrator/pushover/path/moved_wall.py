@@ -76,7 +76,7 @@ def is_held(model: ContactModel, state: Increment) -> bool:
 
 
 def balances(forces: sparse.csr_matrix, load: FloatArray) -> bool:
-    """Return whether contact forces, columns (d, k) that may grow, balance a load (d,).
+    """Return whether forces, columns (d, k) that may grow, balance a load (d,).
 
     They balance all of it or nothing, as what may grow is a cone. Asked for the largest part a linear program has an
     answer either way; asked for forces alone HiGHS goes on for ever over some that there are none of.
@@ -101,10 +101,9 @@ def most_of_drawn_contacts(model: ContactModel, state: Increment) -> float | Non
         return None
     touch = (state.normal_force > 0.0) | (np.nan_to_num(state.gap, nan=np.inf) <= model.slip_tolerance)
     wall = moved_wall(model, state)
-    forces = wall.forces(touch & ~new)
-    if not balances(forces, wall.dead):
+    balance = sparse.hstack([wall.forces(touch & ~new), sparse.csr_matrix(wall.live[:, None])]) / model.weight
+    if not balances(balance, wall.dead):
         return 0.0
-    balance = sparse.hstack([forces, sparse.csr_matrix(wall.live[:, None])]) / model.weight
-    gain = np.append(np.zeros(forces.shape[1]), -1.0)
+    gain = np.append(np.zeros(balance.shape[1] - 1), -1.0)
     found = linprog(gain, A_eq=balance, b_eq=-wall.dead / model.weight, method="highs")
     return None if found.x is None else float(found.x[-1])
