@@ -138,10 +138,12 @@ def analysed_without(without: str) -> list[dict[str, Any]]:
         except (CaseError, ConvergenceError) as error:
             rows.append(row | {"failed": str(error)})
             continue
+        left = found.headline.horizontal_load / found.horizontal_load
         low, high = found.interval or (found.headline.load_multiplier,) * 2
-        row |= {"headline": found.headline.load_multiplier, "low": low, "high": high, "by": found.headline.flow_rule}
-        row |= {"closed": (found.drawn or found.headline).converged, "moved": found.rigid_peak}
-        row |= {"pressed": found.pressed_peak}
+        row |= {"headline": left * found.headline.load_multiplier, "low": left * low, "high": left * high}
+        row |= {"by": found.headline.flow_rule, "closed": (found.drawn or found.headline).converged}
+        row |= {"moved": found.rigid_peak and left * found.rigid_peak}
+        row |= {"pressed": found.pressed_peak and left * found.pressed_peak}
         row |= {"local": len(found.local_failures), "factorisations": found.factorisations}
         rows.append(row | {"seconds": process_time() - began})
     print(without, summarised(rows, rows), flush=True)
