@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
@@ -9,6 +10,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely.validation import explain_validity
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.rigid import cross
@@ -140,3 +142,9 @@ def depth_of_overlap(common: shapely.Geometry) -> float:
         around = [shapely.get_coordinates(shapely.oriented_envelope(part)) for part in shapely.get_parts(common)]
     sides = [np.linalg.norm(np.diff(corners, axis=0), axis=1)[:2] for corners in around if len(corners) > 4]
     return float(max((side.min() for side in sides), default=0.0))
+
+
+def where_it_meets_itself(ring: FloatArray) -> tuple[float, float] | None:
+    """Return where a ring (n, 2) crosses or touches itself, in m; None where it does not, or has no area."""
+    found = re.search(r"Self-intersection\[(\S+) (\S+)\]", explain_validity(shapely.Polygon(ring)))
+    return (float(found[1]), float(found[2])) if found else None

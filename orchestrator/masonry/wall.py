@@ -12,9 +12,9 @@ from annotated_types import Ge, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, require_kinds
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import as_place, millimetres
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.ring_geometry import clicked_once, depth_of_overlap
+from orchestrator.geometry.ring_geometry import clicked_once, depth_of_overlap, where_it_meets_itself
 
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
@@ -171,7 +171,8 @@ def _check_block(block: Block, tolerance: float, simple: bool, area: float, leng
         raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
     if not simple:
         remedy = f"list the corners once, in order round the block{_clicked_twice(block.polygon)}"
-        raise CaseError(key, "its polygon crosses or touches itself", remedy)
+        at = where_it_meets_itself(block.polygon)
+        raise CaseError(key, f"its polygon crosses or touches itself{f' at {as_place(*at)} m' if at else ''}", remedy)
     if area <= tolerance * length:
         problem = f"its polygon is thinner than {2 * tolerance:.3g} m, twice the tolerance of the joints"
         raise CaseError(key, problem, "correct it, or lower joints.tolerance")

@@ -19,7 +19,7 @@ from orchestrator.basis.printed import as_place, counted, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import closed_gaps, heal
 from orchestrator.geometry.planar_map import OverlapError
-from orchestrator.geometry.ring_geometry import without_spikes
+from orchestrator.geometry.ring_geometry import where_it_meets_itself, without_spikes
 from orchestrator.masonry.sources.copies import once
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
 from orchestrator.masonry.sources.mended_outlines import mended, said_of_spikes
@@ -231,10 +231,10 @@ def _refuse_sizes(drawing: Drawing) -> None:
         if not (np.abs(outline) < 1e9).all():
             raise CaseError("blocks", "a coordinate is not a number below 1e9 m", "correct the drawing or its unit")
         if len(outline) < 3 or not shapely.Polygon(outline).is_valid or shapely.Polygon(outline).area == 0.0:
-            x, y = outline[0]
-            raise CaseError(
-                f"outline at ({x:g}, {y:g}) m", "crosses or touches itself, or has no area", "draw its corners in order"
-            )
+            key = f"outline at {as_place(*outline[0])} m"
+            at = where_it_meets_itself(outline) if len(outline) > 2 else None
+            problem = f"it crosses or touches itself at {as_place(*at)} m" if at else "it has no area"
+            raise CaseError(key, problem, "draw its corners in order")
 
 
 def _mended(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:

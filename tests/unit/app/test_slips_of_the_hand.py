@@ -85,7 +85,7 @@ def test_an_outline_that_crosses_itself_otherwise_is_refused_as_before(tmp_path,
     ):
         assert call("import", source, "--output", tmp_path / "read.json", *more) == 2
         line = capsys.readouterr().err
-        assert "crosses or touches itself" in line
+        assert "crosses or touches itself at (0.3, 0.15) m" in line
         assert "may be one" not in line
 
 

@@ -283,8 +283,8 @@ def test_a_stone_that_closing_gaps_would_fold_is_named_with_its_place(tmp_path, 
 
     monkeypatch.setattr(drawing, "heal", folding)
     said = (
-        r"block 1 at \(0.2, 0.15\) m: its polygon crosses or touches itself where gaps and overlaps up to 1 mm are "
-        r"closed; correct the corners there"
+        r"block 1 at \(0.2, 0.15\) m: its polygon crosses or touches itself at \(0.2, 0.15\) m "
+        r"where gaps and overlaps up to 1 mm are closed; correct the corners there"
     )
     with pytest.raises(CaseError, match=said):
         read(drawn(tmp_path / "wall.dxf", outlines=[between(0, 0, 400, 300), between(400, 0, 800, 300)]))
