@@ -81,6 +81,7 @@ class LinearSystem:
         self._last: tuple[Mumps | Unpivoted, Coefficients] | None = None
         # of the last solution: unit residuals, and the changes that take them
         self._solved: tuple[FloatArray, FloatArray]
+        self._lacking: FloatArray | None = None  # what the factors alone leave of these changes
 
     def follow(self, model: ContactModel) -> None:
         """Take the values of another state of the model; a new pattern only where its contacts connect other nodes."""
@@ -153,22 +154,27 @@ class LinearSystem:
     def solve_again(self, rights: FloatArray) -> FloatArray:
         """Return solutions for right-hand sides, (k, unknowns), with the last factors and the changes that the last
         solution was put together from: to about 1 / PENALTY."""
-        assert self._last is not None
         began = perf_counter()
-        factor, contact = self._last
         images, changes = self._solved
-        parts = rights @ images.T
-        rest = rights - parts @ images
-        condensed = factor.solve_each(condensed_right(self._model, contact, rest))
+        if self._lacking is None:
+            self._lacking = changes - self._once(images)
+        found = self._once(rights) + (rights @ images.T) @ self._lacking
         passed = perf_counter() - began
         self.together, self.seconds = self.together + passed, self.seconds + passed
-        return parts @ changes + expanded(self._model, contact, rest, condensed)
+        return found
+
+    def _once(self, rights: FloatArray) -> FloatArray:
+        """Return solutions (k, unknowns) with the last factors alone."""
+        assert self._last is not None
+        factor, contact = self._last
+        condensed = factor.solve_each(condensed_right(self._model, contact, rights))
+        return expanded(self._model, contact, rights, condensed)
 
     def _forget(self) -> None:
         """Free factors with pivoting, which are made for one solution."""
         if self._last is not None and self._last[0] is not self._factor:
             self._last[0].close()
-        self._last = None
+        self._last = self._lacking = None
 
     def _refined(
         self, factor: Mumps | Unpivoted, contact: Coefficients, time_step: float, right: FloatArray
