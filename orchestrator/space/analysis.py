@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Annotated, Literal
 
 import numpy as np
@@ -34,7 +34,7 @@ from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibriu
 from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.resistance import UnresistedError, associative_optimum, moves, multiplier_or_held
-from orchestrator.space.springs import depth_stiffness, springs_of
+from orchestrator.space.springs import joint_stiffness, springs_of
 from orchestrator.space.states import SpaceState, state_of
 from orchestrator.space.validation import LIMITS
 
@@ -163,7 +163,7 @@ def analyse(
     resists, ConvergenceError where the associative program fails."""
     settings, started = settings or SpaceLimitSettings(), perf_counter()
     equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
-    stiffness = depth_stiffness(assemblage, DEPTH_POWER)
+    stiffness = joint_stiffness(assemblage, DEPTH_POWER)
     balanced = forces_under_gravity(assemblage, equilibrium, stiffness)
     gravity, falling = at_rest(assemblage, equilibrium, balanced, stiffness)
     report("whether it stands is open" if falling else "joint forces can balance its dead load")
@@ -212,7 +212,7 @@ def analyse(
 
 
 class _Search:
-    """The search for states without dilation, within a time."""
+    """The search for states without dilation, within a time of this thread's own: other work beside changes nothing."""
 
     def __init__(
         self,
@@ -226,7 +226,7 @@ class _Search:
     ) -> None:
         self._assemblage, self._loads, self._equilibrium = assemblage, loads, equilibrium
         self._gravity, self._associative, self._report = gravity, associative, report
-        self._started, self._seconds = perf_counter(), seconds
+        self._started, self._seconds = thread_time(), seconds
         self._small = len(equilibrium.free_blocks) <= SMALL_BLOCKS
         self._starts: list[tuple[str, FloatArray]] = []
         self._flow = np.inf
@@ -248,7 +248,7 @@ class _Search:
         ends = [self._of_push(PUSHES[0], first)]
         self._starts = [("elastic joints", first.slip)]
         self._flow = first.flow
-        in_time = perf_counter() < self._until(0.8 * SHARES[0])  # else time is better spent on closing what it came to
+        in_time = thread_time() < self._until(0.8 * SHARES[0])  # else time is better spent on closing what it came to
         if self._small and in_time:
             second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
             ends.append(self._of_push(PUSHES[1], second))
@@ -265,13 +265,13 @@ class _Search:
         self._report("dilation shift")
         until = self._until(SHARES[2])
         shifted = descent.settled(descent.dilation_shift(self._equilibrium, until), SHIFTS, until)
-        if shifted is not None and perf_counter() < self._until(SHARES[3]):
+        if shifted is not None and thread_time() < self._until(SHARES[3]):
             yield from self._closed("dilation shift", shifted.solution.slip, self._until(SHARES[3]))
 
     def _smoothed(self, flow: float, associative: ConicSolution) -> list[tuple[str, FloatArray]]:
         """Return the end of the path of smoothed contact as a start, if there is one and it came nearer to a state than
         a push with this flow error, or the push has found one."""
-        stiffness = depth_stiffness(self._assemblage, 0.0)
+        stiffness = joint_stiffness(self._assemblage, 0.0)
         springs = springs_of(self._assemblage, self._equilibrium, stiffness)
         until = self._until(SHARES[1])
         try:
@@ -281,8 +281,8 @@ class _Search:
         return [(STAGE, end.slip)] if end.left < max(flow, LIMITS["flow"]) else []
 
     def _push(self, name: str, power: float, share: float, most: float = np.inf) -> Push:
-        stiffness = depth_stiffness(self._assemblage, power)
-        budget = min(max(self._until(share) - perf_counter(), 1.0), most)
+        stiffness = joint_stiffness(self._assemblage, power)
+        budget = min(max(self._until(share) - thread_time(), 1.0), most)
         wall = (self._assemblage, self._equilibrium, self._gravity)
         return push(*wall, stiffness, budget, lambda text: self._report(f"{name}: {text}"))
 
@@ -313,7 +313,7 @@ class _Search:
         self._report(f"descent from {name}")
         for number, one in enumerate(descent.descent(self._equilibrium, slip, TURNS, until), 1):
             yield self._of_closed(f"descent from {name}, turn {number}", one)
-        if perf_counter() > until:
+        if thread_time() > until:
             return
         try:
             highest = descent.closed(self._equilibrium, slip, -descent.FACE_WEIGHT, until)

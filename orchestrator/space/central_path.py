@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from time import perf_counter
+from time import thread_time
 
 import numpy as np
 
@@ -86,13 +86,13 @@ def follow(
     enough: float = PRODUCTS_LEFT,
 ) -> PathEnd:
     """Follow the path from large tau until the sum of products is at most `enough` of the live load's power,
-    perf_counter() is `until`, or the path is lost. Raises ConvergenceError where its beginning is not found."""
-    started = perf_counter()
+    thread_time() is `until`, or the path is lost. Raises ConvergenceError where its beginning is not found."""
+    started = thread_time()
     count = len(springs.friction)
     step = InteriorStep(replace(springs, stiffness=np.full(count, np.inf)), np.zeros((count, 3)), 1.0)
     curve, used = _begun(step, springs, equilibrium, associative)
     turns, falling, rows = 0, True, 0
-    while perf_counter() < until:
+    while thread_time() < until:
         try:
             following = _followed(step, curve)
         except ConvergenceError:
@@ -114,7 +114,7 @@ def follow(
         left=_left(step, curve),
         factorisations=used + LAST_STEPS,
         turns=turns,
-        seconds=perf_counter() - started,
+        seconds=thread_time() - started,
     )
 
 

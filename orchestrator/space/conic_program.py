@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from time import perf_counter
+from time import thread_time
 
 import clarabel
 import numpy as np
@@ -211,10 +211,10 @@ def _solved(
     Where the solver loses its way it starts again with REGULARISATION: contact points much nearer to each other than a
     block is large need it (a knife edge on a wall), others take a third longer with it.
     """
-    until = perf_counter() + seconds
+    until = thread_time() + seconds
     for regularisation in REGULARISATION:
         settings = solver_settings(tolerance)
-        settings.time_limit = max(until - perf_counter(), 0.1)
+        settings.time_limit = max(until - thread_time(), 0.1)
         settings.static_regularization_constant = regularisation
         solution = clarabel.DefaultSolver(P, objective, A, b, list(cones), settings).solve()
         if is_optimum(solution, stage):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from time import perf_counter
+from time import thread_time
 
 import numpy as np
 
@@ -71,11 +71,11 @@ class Shifted:
 
 def dilation_shift(equilibrium: SpaceEquilibrium, until: float = np.inf) -> Iterator[Shifted]:
     """Yield the iterates of the dilation shift, for ever, from no slips. Raises ConvergenceError, also when
-    perf_counter() is `until`."""
+    thread_time() is `until`."""
     mu = equilibrium.friction
     shift = np.zeros_like(mu)
     while True:
-        solution = solve_associative(equilibrium, shift, seconds=until - perf_counter())
+        solution = solve_associative(equilibrium, shift, seconds=until - thread_time())
         dilation = mu * solution.slip - shift
         left = float(np.sum(solution.forces[:, 0] * np.abs(dilation)))
         yield Shifted(solution, left / max(abs(solution.load_multiplier), 1e-8))
@@ -83,11 +83,11 @@ def dilation_shift(equilibrium: SpaceEquilibrium, until: float = np.inf) -> Iter
 
 
 def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | None:
-    """Return the first settled iterate, else the last of `most` or before perf_counter() is `until`."""
+    """Return the first settled iterate, else the last of `most` or before thread_time() is `until`."""
     last = None
     try:
         for number, last in enumerate(iterates, 1):
-            if last.error <= SETTLED or number >= most or perf_counter() > until:
+            if last.error <= SETTLED or number >= most or thread_time() > until:
                 break
     except ConvergenceError:
         return last
@@ -103,18 +103,18 @@ def closed(
 ) -> Closed:
     """Return the lowest forces that go with slips (p,) in m/s and the mechanism that goes with them; the highest for a
     negative face weight. Raises ConvergenceError."""
-    shift, left = equilibrium.friction * slip, until - perf_counter()
+    shift, left = equilibrium.friction * slip, until - thread_time()
     forces = solve_associative(equilibrium, shift, 1.0 - face_weight, tolerance, seconds=left)
-    left = until - perf_counter()
+    left = until - thread_time()
     return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], tolerance, seconds=left))
 
 
 def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: float) -> Iterator[Closed]:
     """Yield states (some may not balance) with ever lower multipliers, beginning with slips (p,) in m/s, until a state
     falls no more, what does not balance comes no nearer to it, so many turns have balanced, a program fails, or
-    perf_counter() is `until`."""
+    thread_time() is `until`."""
     last, imbalance, balanced, farther, tolerance = np.inf, np.inf, 0, 1.0, ROUGH
-    while balanced < turns and perf_counter() < until:
+    while balanced < turns and thread_time() < until:
         try:
             state = closed(equilibrium, slip, until=until, tolerance=tolerance)
             if tolerance > TOLERANCE and state.imbalance <= PROGRAMS_AGREE + 100 * tolerance:

@@ -55,14 +55,17 @@ class SpringForces:
         return float(np.abs(self.unbalanced).max())
 
 
-def depth_stiffness(assemblage: SpaceAssemblage, power: float = 2.0) -> FloatArray:
-    """Return the stiffness (p,) of every contact point: depth of its joint below the wall's top over the mean depth, to
-    a power (0: all alike)."""
+def joint_stiffness(assemblage: SpaceAssemblage, power: float = 2.0) -> FloatArray:
+    """Return the stiffness (p,) of every contact point, in m2: its part of its joint's area, so that it does not matter
+    into how many stones a wall is cut, times the joint's depth below the wall's top over the mean depth, to a power (0:
+    all depths alike). A tie is as stiff as the mean joint has points."""
     wall, joints = assemblage.wall, assemblage.joints
     top = max(float((b.shape.vertices @ wall.up).max()) for b in wall.blocks if not b.fixed)
     depth = np.maximum(top - joints.centroid @ wall.up, 0.0)
     depth += 0.01 * depth.mean()
-    return ((depth / depth.mean()) ** power)[joints.joint]
+    area, touches = joints.area / np.bincount(joints.joint), joints.area > 0.0
+    area = np.where(touches, area, area[touches].mean())
+    return (area * (depth / depth.mean()) ** power)[joints.joint]
 
 
 def springs_of(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> Springs:

@@ -17,7 +17,7 @@ from orchestrator.space.descent import closed
 from orchestrator.space.equilibrium import equilibrium_of
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.springs import depth_stiffness, springs_of
+from orchestrator.space.springs import joint_stiffness, springs_of
 from orchestrator.space.ties import Tie, with_ties
 from tests.support.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of
 
@@ -27,7 +27,7 @@ def path_of(wall, direction="-y", ties=(), **settings):
     assemblage = with_ties(find_joints(wall), ties)
     loads = loads_on(wall, SpaceLoadSettings(direction=direction))
     equilibrium = equilibrium_of(assemblage, loads)
-    springs = springs_of(assemblage, equilibrium, depth_stiffness(assemblage))
+    springs = springs_of(assemblage, equilibrium, joint_stiffness(assemblage))
     end = follow(springs, equilibrium, solve_associative(equilibrium), np.inf, **settings)
     return assemblage, loads, equilibrium, end
 
@@ -77,6 +77,6 @@ def test_the_path_is_the_same_when_the_model_is_turned_mirrored_and_renumbered()
 
 def test_a_path_that_is_given_no_time_says_how_far_it_is():
     assemblage, _, equilibrium, end = path_of(u_wall(Plan(2, 1, 2), Stones()))
-    springs = springs_of(assemblage, equilibrium, depth_stiffness(assemblage))
+    springs = springs_of(assemblage, equilibrium, joint_stiffness(assemblage))
     begun = follow(springs, equilibrium, solve_associative(equilibrium), perf_counter())
     assert begun.left > 1.0 > PRODUCTS_LEFT >= end.left

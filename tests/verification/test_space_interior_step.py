@@ -16,7 +16,7 @@ from orchestrator.space.equilibrium import equilibrium_of
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.interior_step import interior_step
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.springs import depth_stiffness, displaced, flow_error, springs_of
+from orchestrator.space.springs import displaced, flow_error, joint_stiffness, springs_of
 from orchestrator.space.stiffness import ContactStiffness
 from orchestrator.space.ties import Tie, with_ties
 from orchestrator.space.wall import SpaceBlock
@@ -27,7 +27,7 @@ def problem(wall, direction, ties=()):
     """Springs, gravity forces over the mean weight, and mean weight over the live load's sum."""
     assemblage = with_ties(find_joints(wall), ties)
     equilibrium = equilibrium_of(assemblage, loads_on(wall, SpaceLoadSettings(direction=direction)))
-    stiffness = depth_stiffness(assemblage)
+    stiffness = joint_stiffness(assemblage)
     springs = springs_of(assemblage, equilibrium, stiffness)
     forces = gravity_forces(equilibrium, stiffness) / equilibrium.weight_scale
     return springs, forces, equilibrium.weight_scale / equilibrium.live_total
