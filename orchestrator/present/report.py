@@ -27,7 +27,7 @@ from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
-from orchestrator.pushover.solids.elastic_constants import slip_tolerance_of
+from orchestrator.pushover.solids.elastic_constants import constants_of, slip_tolerance_of
 from orchestrator.settings.case import Case, as_record, as_toml, refuse_verification
 from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
@@ -223,7 +223,8 @@ def write_verification(
             _refused(entries[name], capacity, curve.stopped_because) or why_not(entries[name], limit, stones) or ""
         )
         tolerance = slip_tolerance_of(bodies, case.elastic, case.contact)
-        seen = (bodies, meshes, contacts.interface, tolerance, curve.static, store.read, refused)
+        elastic = constants_of(bodies, case.elastic) if case.elastic.element_order == 1 else None
+        seen = (bodies, meshes, contacts.interface, tolerance, elastic, curve.static, store.read, refused)
         models.append(StoredPushover(name, *seen))
     with naming(case.file):
         verified = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)

@@ -27,19 +27,24 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.wall import GRAVITY, Wall
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.solids.elastic_constants import ElasticConstants
 from orchestrator.pushover.solids.nodal_loads import nodal_loads
+from orchestrator.pushover.stress import element_stress
+from orchestrator.pushover.stress_jumps import excess_stiffness
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StoredPushover:
     """One stored pushover. curve: its static rows; `read` returns an increment by its number; interface (c,): those of
-    the contacts that touch at the start. refused: why it may not be verified, or ""."""
+    the contacts that touch at the start. elastic: constants of its bodies, None with 10-node tetrahedra. refused: why
+    it may not be verified, or ""."""
 
     name: str
     bodies: Bodies
     meshes: BodyMeshes
     interface: IntArray
     slip_tolerance: float
+    elastic: ElasticConstants | None
     curve: PushoverCurve
     read: Callable[[int], Increment]
     refused: str
@@ -55,12 +60,14 @@ class StoredPushover:
 class Observed:
     """displacement (s,) in m of the control point along the load since gravity, row by row of the curve; the system
     with the shape at SECANT of the peak; slip_share: part of the displacement there that the slip tolerance makes;
+    too_stiff: about the part of the bodies' stiffness there that is their elements' (stress_jumps.py);
     share_of_fastest: motion of the control point over that of the fastest node that stands, at the end; drifts of its
     piers."""
 
     displacement: FloatArray
     system: EquivalentSystem
     slip_share: float
+    too_stiff: float
     share_of_fastest: float
     drifts: Drifts = field(default_factory=lambda: Drifts((), np.zeros((0, 0))))
 
@@ -92,6 +99,7 @@ def observe(
         displacement=displacement,
         system=equivalent_system(mass, shape, force, np.ones(len(shape))),
         slip_share=slip_share(pushover, gravity, elastic, float(elastic.load_multiplier * (force @ along))),
+        too_stiff=too_stiff(pushover, gravity, elastic),
         share_of_fastest=float(abs(displacement[-1]) / np.linalg.norm(last[:, :2], axis=1).max()),
         drifts=Drifts(piers, drift),
     )
@@ -158,6 +166,16 @@ def slip_share(pushover: StoredPushover, gravity: Increment, elastic: Increment,
     slipped = np.nan_to_num(elastic.elastic_slip[:count] - gravity.elastic_slip[:count])
     done = float(np.sum((force(elastic) - force(gravity)) * slipped))
     return min(max(done / work, 0.0), 1.0) if work > 0.0 else 0.0
+
+
+def too_stiff(pushover: StoredPushover, gravity: Increment, elastic: Increment) -> float:
+    """Return about how much too stiff 4-node tetrahedra make bodies, as a part of their stiffness, by their stresses
+    since gravity; 0 where that is not asked."""
+    if pushover.elastic is None:
+        return 0.0
+    meshes, constants = pushover.meshes, pushover.elastic
+    then, now = (element_stress(meshes, constants, state.displacement, True) for state in (gravity, elastic))
+    return excess_stiffness(meshes, constants, now - then)
 
 
 def _moved(state: Increment, gravity: Increment, nodes: int) -> FloatArray:

@@ -112,7 +112,7 @@ def test_the_record_reads_as_notes_and_a_verdict():
 @pytest.mark.parametrize(("state", "refused"), [("SD", ["N2, micro-FE", "drift, micro-FE"]), ("DL", ["N2, micro-FE"])])
 def test_the_drifts_of_a_refused_curve_are_listed_where_the_code_limits_them(state, refused):
     assemblage = assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)])
-    curve = StoredPushover("micro", None, None, None, 0.0, None, None, "the curve is not valid")
+    curve = StoredPushover("micro", None, None, None, 0.0, None, None, None, "the curve is not valid")
     asked = SeismicSettings(1.4715, state)
     found, observed = verify(asked, LoadSettings(), LimitAnalysisSettings(), assemblage, analyse(assemblage), [curve])
     assert [row["approach"] for row in found["checks"] if "refused" in row] == refused
