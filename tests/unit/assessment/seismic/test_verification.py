@@ -24,7 +24,7 @@ SHEAR = np.array([0.0, 80e3, 80e3, 64e3])
 
 def checked(settings, *, ends=20e-3, dropped=True, yields=4e-3, slip=0.0, share=1.0):
     line = Bilinear(80e3 / yields, 80e3, yields, ends, dropped)
-    seen = Observed(np.array([0.0, yields, 0.5 * ends, ends]), SYSTEM, slip, share)
+    seen = Observed(np.array([0.0, yields, 0.5 * ends, ends]), SYSTEM, slip, 0.0, share)
     return [n2_check("N2, micro-FE", settings, state, SHEAR, seen, line) for state in limit_states(settings)]
 
 
