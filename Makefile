@@ -79,7 +79,6 @@ verify: setup long table1 benchmark2
 	$(PYTHON) docs/studies/structures.py
 	$(PYTHON) docs/studies/stiff_stones.py
 	$(PYTHON) docs/studies/tolerances.py
-	$(PYTHON) docs/studies/locking.py
 	$(PYTHON) docs/studies/benchmark2_seeds.py 1 2
 	$(PYTHON) docs/studies/table1.py
 
