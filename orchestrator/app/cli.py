@@ -29,6 +29,7 @@ IMPORT_OPTIONS = {
     "loose": ("drop", "stones that would fall out of dry joints: keep (default), drop, or glue to a neighbour"),
     "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
     "unit": ("mm", "DXF, SVG: unit of the coordinates, instead of the file's; OBJ, PLY, STL, COMPAS: needed"),
+    "up": ("y", "OBJ, PLY, STL, STEP, COMPAS: axis that points upwards (default z; Blender writes OBJ with y)"),
     "height": ('"250 mm"', "DXF of courses in plan: height of a course whose layer does not say it"),
     "blocks": (
         "LAYERS",

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
+from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.atomic_files import together
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.printed import counted
@@ -18,6 +20,7 @@ from orchestrator.masonry.sources.block_files import LARGEST_FILE, json_in
 from orchestrator.present.in_space import space_pictures
 from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.settings.unusual import unusual_material
+from orchestrator.space.block_files import UP
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.sources.compas import is_compas, read_compas
 from orchestrator.space.sources.material import SpaceMaterial, with_supports
@@ -29,7 +32,7 @@ from orchestrator.space.sources.step import read_step
 from orchestrator.space.wall import SpaceWall, check_wall
 from orchestrator.storage.files import write_json
 
-TAKEN = ("unit", "unit_weight", "friction", "supports", "height")
+TAKEN = ("unit", "unit_weight", "friction", "supports", "height", "up")
 
 
 def takes(path: Path, options: Mapping[str, str]) -> bool:
@@ -60,13 +63,17 @@ def read_file(path: Path, options: Mapping[str, str], say: Callable[[str], None]
     if suffix in SOLIDS:
         wall = read_step(path, length, material)
     elif suffix == ".dxf":
+        if "up" in options:
+            raise CaseError(
+                "--up", "does not go with plans of courses", "leave it out: courses lie on one another along z"
+            )
         height = _quantity("height", options["height"]) if "height" in options else None
         wall = read_plans(path, length, height, material, say)
     elif length is None:
         raise CaseError("--unit", "the file has no unit of length", "give it, as in --unit mm")
     else:
         wall = (read_compas if suffix == ".json" else read_meshes)(path, length, material)
-    return with_supports(wall, _ids(options.get("supports", "")))
+    return with_supports(replace(wall, up=_axis(options.get("up", "z"))), _ids(options.get("supports", "")))
 
 
 def import_wall(path: Path, options: Mapping[str, str], output: Path, picture: Path, console: Console) -> int:
@@ -84,7 +91,8 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, picture: P
         write_json(output, as_record(wall))
         png = space_pictures.save_wall(assemblage, -np.eye(3)[1], picture.with_name(f"{picture.name}.png"))
     counts = f"{counted(len(wall.blocks), 'block')} in space, {int(wall.fixed.sum())} of them supports"
-    text = f"{output}: {counts}, {counted(assemblage.joints.count, 'joint')}; {png}"
+    joints = counted(assemblage.joints.count, "joint")
+    text = f"{output}: {counts}, {joints}; {as_record(wall)['up']} is upwards; {png}"
     console.print(text, soft_wrap=True)
     return 0
 
@@ -124,6 +132,12 @@ def _length(unit: str) -> float:
     if unit not in known:
         raise CaseError("--unit", f"{unit!r} is no unit of length", f"use one of {', '.join(known)}")
     return known[unit]
+
+
+def _axis(name: str) -> FloatArray:
+    if name not in UP:
+        raise CaseError("--up", f"{name!r} is no axis", "write x, y or z, the axis that points upwards")
+    return read_only(UP[name])
 
 
 def _quantity(key: str, text: str) -> float:

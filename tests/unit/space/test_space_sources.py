@@ -43,6 +43,25 @@ def test_files_of_other_programs(name, blocks, supports, joints, tmp_path, capsy
     assert "--unit: the file has no unit of length; give it, as in --unit mm" in capsys.readouterr().err
 
 
+def test_a_mesh_may_have_another_axis_upwards(tmp_path, capsys):
+    """As Blender writes OBJ: (x, z, -y). Supports are the lowest stones, and the wall is the same."""
+    lines = (SPACE / "compas_dem_wall.obj").read_text().splitlines()
+    turned = tmp_path / "turned.obj"
+    corners = [line.split() for line in lines]
+    with turned.open("w") as file:
+        for line, words in zip(lines, corners, strict=True):
+            print(f"v {words[1]} {words[3]} {-float(words[2])!r}" if words[:1] == ["v"] else line, file=file)
+    walls = [read_file(SPACE / "compas_dem_wall.obj", {"unit": "m"}), read_file(turned, {"unit": "m", "up": "y"})]
+    assert [block.id for block in walls[1].blocks if block.fixed] == [b.id for b in walls[0].blocks if b.fixed]
+    assert walls[1].centroids @ walls[1].up == pytest.approx(walls[0].centroids @ walls[0].up)
+    output = tmp_path / "imported.json"
+    assert cli.main(["import", str(turned), "--unit", "m", "--up", "y", "--output", str(output)]) == 0
+    assert "5 of them supports, 60 joints; y is upwards; " in capsys.readouterr().out
+    assert json.loads(output.read_text())["up"] == "y"
+    assert cli.main(["import", str(turned), "--unit", "m", "--up", "up", "--output", str(output), "--force"]) == 2
+    assert "--up: 'up' is no axis; write x, y or z, the axis that points upwards" in capsys.readouterr().err
+
+
 WALL = u_wall(Plan(2, 1, 2), Stones())
 
 
