@@ -83,7 +83,7 @@ class SpaceLimitSettings(Checked):
     states: States = "range"
     """what is looked for without dilation: headline and range, the headline only, or nothing"""
     time: Annotated[float, Gt(0), Unit("s")] = 100.0
-    """for the search without dilation; what it has found by then is reported"""
+    """processor time for the search without dilation; what it has found by then is reported"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

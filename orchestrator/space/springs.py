@@ -58,7 +58,7 @@ class SpringForces:
 def joint_stiffness(assemblage: SpaceAssemblage, power: float = 2.0) -> FloatArray:
     """Return the stiffness (p,) of every contact point, in m2: its part of its joint's area, so that it does not matter
     into how many stones a wall is cut, times the joint's depth below the wall's top over the mean depth, to a power (0:
-    all depths alike). A tie is as stiff as the mean joint has points."""
+    all depths alike). A tie is as stiff as the mean of the joints' points."""
     wall, joints = assemblage.wall, assemblage.joints
     top = max(float((b.shape.vertices @ wall.up).max()) for b in wall.blocks if not b.fixed)
     depth = np.maximum(top - joints.centroid @ wall.up, 0.0)
