@@ -15,7 +15,7 @@ import numpy as np
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Wall
 
-# seed 4: of 1 to 5, the only one whose sequence of limit analysis settles, and it still does when rounded; the others:
+# seed 4 of 1 to 5; the others:
 # docs/studies/benchmark2_seeds.md
 PATTERN = IrregularCourses(
     length=1.4,

@@ -122,7 +122,7 @@ def main() -> None:
             row["drawing"], str(row["joints"]), f"{row['associative']:.4f}",
             f"{100 * (row['associative'] / exact['associative'] - 1):+.2f} %", f"{row['headline']:.4f}",
             str(row["macroblocks"]), f"{row['peak']:.4f}", f"{100 * (row['peak'] / exact['peak'] - 1):+.2f} %",
-            f"{row['moved_mm']:.3g}" + (" (left)" if row["left"] else ""), str(row["iterations"]),
+            f"{row['moved_mm']:.3g}" + (" (ended)" if row["left"] else ""), str(row["iterations"]),
         ]
         for row in rows
     ]  # fmt: skip
