@@ -2,9 +2,9 @@
 
 Joining stones only takes motions away from a wall. Bodies that fail as rigid ones where the stones do may still bear
 another load in finite elements: without dilation states are not unique, and elastic bodies come to another one (6 and
-12 bodies of 49 stones of an arch bear 0.404; every stone 0.4235, limit analysis 0.434). Which of two roads that should agree
-is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as many:
-of all ways to join its stones by the one that loses least energy (locking.py). Here 24 bodies bear 0.417.
+12 bodies of 49 stones of an arch bear 0.404; every stone 0.4235, limit analysis 0.434). Which of two roads that should
+agree is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as
+many: of all ways to join its stones by the one that loses least energy (locking.py). Here 24 bodies bear 0.417.
 
 It ends where finite elements and rigid blocks agree and, as with a mesh, twice as many bodies bear the same; where
 twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
