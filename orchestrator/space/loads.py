@@ -21,7 +21,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.polyhedra import FLAT, Polyhedron, face_normals
+from orchestrator.geometry.polyhedra import FLAT, Polyhedron, centroid_of, face_normals
 from orchestrator.loads.block_loads import Distribution, LiveLoad, if_upright, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.masonry.block_properties import refuse_beyond_weight
@@ -150,11 +150,11 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
     """Return the loads on a wall: by default its weight, and the same forces along +x. Raises CaseError."""
     settings = settings or SpaceLoadSettings()
     _refuse_contradictions(wall, settings)
-    direction = direction_of(settings, wall.up)
+    direction, centroids = direction_of(settings, wall.up), wall.centroids
     dead, live = np.zeros((len(wall.blocks), 6)), np.zeros((len(wall.blocks), 6))
     dead[:, :3] = -np.outer(wall.weights, wall.up)
     for k, point, force, _ in placed_dead_loads(wall, settings):
-        dead[k] += _wrench(force, point - wall.centroids[k])
+        dead[k] += _wrench(force, point - centroids[k])
     acting = _acting(wall, settings)
     size = acting.weight
     if settings.distribution == "mass_height":
@@ -162,7 +162,7 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
         lever = size * (acting.point @ wall.up - base)
         size = lever * size.sum() / lever.sum()
     for k, point, force in zip(acting.block, acting.point, size, strict=True):
-        live[k] += _wrench(force * direction, point - wall.centroids[k])
+        live[k] += _wrench(force * direction, point - centroids[k])
     return SpaceLoads(read_only(dead), read_only(live), read_only(direction))
 
 
@@ -223,7 +223,7 @@ def top_of(wall: SpaceWall, block: int, level: float | None = None) -> tuple[Flo
     rings = [shape.vertices[list(face)] for face in shape.faces]
     upward = [k for k in range(len(rings)) if normals[k] @ wall.up > UPWARD]
     if not upward:
-        return wall.centroids[block], 0.0
+        return centroid_of(shape), 0.0
     stepped = [] if level is None else [k for k in upward if _near(rings[k], level, wall.up, shape.vertices)]
     highest = max(stepped or upward, key=lambda k: float((rings[k] @ wall.up).mean()))
     normal, corner = normals[highest], rings[highest][0]
