@@ -124,12 +124,16 @@ def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}, "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
+    if analysis.not_at_rest is not None:
+        counts = _no_capacity(counts)
     if analysis.range is None:
         done = "looked for" if analysis.looked_for == "none" else "found"
         why = f"an upper bound only, as no state with friction that does not dilate was {done}."
         counts = _no_capacity(counts)
     else:
         why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
+    if analysis.not_at_rest is not None:
+        why = f"{why} Lower is λ = ({_limit(analysis.not_at_rest)}), where loading had not come to rest."
     return [f"{counts}{why}", *_with_other_torsion(analysis)]
 
 

@@ -109,14 +109,29 @@ class SpaceAnalysis:
     @property
     def headline(self) -> SpaceState | None:
         """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
-        the first state that the end of a push was closed to."""
+        the first state that was closed and bears no more than where a push ended, or the first of all."""
         valid = [state for state in self.states if state.valid]
         pushes = [state for state in valid if state.name in PUSHES]
         if not pushes:
-            return valid[0] if valid else None
+            near = (state for state in valid if state.load_multiplier <= (1.0 + ONE_ANSWER) * self._end)
+            return next(near, valid[0] if valid else None)
         lowest = min(pushes, key=lambda state: state.load_multiplier)
         apart = lowest.load_multiplier < (1.0 - ONE_ANSWER) * pushes[0].load_multiplier
         return lowest if apart else pushes[0]
+
+    @property
+    def not_at_rest(self) -> float | None:
+        """Multiplier at which a push had not come to rest, where the headline is a state that was closed elsewhere and
+        bears more by more than ONE_ANSWER: the wall may fail there; else None."""
+        headline = self.headline
+        if headline is None or headline.name in PUSHES:
+            return None
+        return self._end if headline.load_multiplier > (1.0 + ONE_ANSWER) * self._end else None
+
+    @property
+    def _end(self) -> float:
+        """The lowest multiplier at which a push ended, infinite where none was made."""
+        return min((state.load_multiplier for state in self.states if state.name in PUSHES), default=inf)
 
     @property
     def lowest(self) -> SpaceState | None:
@@ -185,9 +200,10 @@ def analyse(
         if unresisted is not None and search.is_held and not any(state.valid for state in states):
             raise unresisted
         if settings.states == "range" or not any(state.valid for state in states):
+            end = min(state.load_multiplier for state in states)
             for state in search.others():
                 states.append(state)
-                if state.valid and settings.states == "headline":
+                if settings.states == "headline" and state.valid and state.load_multiplier <= (1.0 + ONE_ANSWER) * end:
                     break
         if unresisted is not None and not any(state.valid for state in states):
             raise ConvergenceError("search without dilation", f"{UNBOUNDED}; no state was found: {_nearest(states)}")
@@ -206,6 +222,9 @@ def analyse(
         going_down=falling,
         looked_for=settings.states,
     )
+    if analysis.not_at_rest is not None:
+        more = f"loading had not come to rest at λ = ({as_lambda(analysis.not_at_rest)}), and the wall may fail there"
+        analysis = replace(analysis, remarks=(*remarks, f"WARNING: {more}: give limit_analysis.time more"))
     borne = analysis.shown.load_multiplier * equilibrium.live_total
     refuse_the_verge(borne, GRAVITY_TOLERANCE * weight / len(equilibrium.free_blocks))
     return analysis

@@ -12,6 +12,7 @@ import pytest
 from orchestrator.app import cli
 from orchestrator.geometry.polyhedra import box
 from orchestrator.loads.block_loads import LiveLoad
+from orchestrator.present.answer import answer_in_space
 from orchestrator.space.analysis import PUSHES, SpaceLimitSettings, analyse
 from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints
@@ -355,6 +356,24 @@ def test_where_the_joints_stiffness_decides_the_lower_end_counts(states):
     pushes = {state.name: state.load_multiplier for state in analysis.states if state.valid and state.name in PUSHES}
     assert len(pushes) == 2
     assert analysis.headline.load_multiplier == min(pushes.values()) == pytest.approx(0.2182, abs=1e-3)
+
+
+def test_a_state_above_a_load_at_which_loading_has_not_come_to_rest_is_no_capacity():
+    """Leaves in stacks, in too little time: the push stood at 0.15, their closed form, and a state at 0.20 counted."""
+    found = states_of(v_groove(np.radians(45), 0.5), "+y")
+    moves = replace(found.states[0], load_multiplier=0.5, error="not at rest after 14 s")
+    state = replace(found.states[0], name="descent from elastic joints, turn 1")
+    unsettled = replace(found, states=(moves, state))
+    assert unsettled.headline is state
+    assert unsettled.not_at_rest == 0.5
+    (said,) = answer_in_space(unsettled)
+    assert said.startswith("λ = 0.70711 is no capacity")
+    assert "Lower is λ = (0.50000), where loading had not come to rest." in said
+    lower = replace(state, load_multiplier=0.504)
+    assert replace(found, states=(moves, state, lower)).headline is lower
+    nearer = replace(found, states=(replace(moves, load_multiplier=0.705), state))
+    assert nearer.not_at_rest is None
+    assert "0.70711 counts" in answer_in_space(nearer)[0]
 
 
 def test_gables_of_all_sizes_are_triangles_of_stones():

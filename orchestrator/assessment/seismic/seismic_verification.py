@@ -290,7 +290,7 @@ def _cautions(seen: Observed, line: Bilinear, row: dict[str, Any]) -> list[str]:
         f"{seen.slip_share:.0%} of the elastic displacement is the slip tolerance of the contact law: "
         f"T* = {row['period_s']:.3g} s is made by it, not by masonry": seen.slip_share > SLIPPERY,
         f"elements make stones {seen.too_stiff:.0%} too stiff, and the wall more, by the jumps of stress between them: "
-        "with a smaller mesh.size T* and the demand grow": seen.too_stiff > TOO_STIFF,
+        "with half the mesh.size T* and the demand grow": seen.too_stiff > TOO_STIFF,
         f"ductility above {DUCTILE:g}: equal energy, from which the demand comes, was not made for it": (
             ductility > DUCTILE
         ),

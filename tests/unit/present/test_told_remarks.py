@@ -218,6 +218,7 @@ ON_PAGES = [
     "WARNING: no joint where blocks lie a little more than contact.gap apart: 1 | 2, 2 | 5",
     "WARNING: the push on elastic joints found no state (not at rest after 12 s: λ 0.1234, flow error 3e-01); that "
     "with equal springs did",
+    "WARNING: loading had not come to rest at λ = (0.1500), and the wall may fail there: give limit_analysis.time more",
     "WARNING: the push on elastic joints found no state (flow 2.1e-05 > 1e-06); the headline is the state that its "
     "end was closed to",
     "WARNING: no state without dilation found: the push on elastic joints found no state (not at rest after 1 s: "
