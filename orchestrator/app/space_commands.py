@@ -30,11 +30,13 @@ from orchestrator.basis.printed import counted, printed
 from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
-from orchestrator.space.analysis import PUSHES, SpaceAnalysis, SpaceState, analyse
+from orchestrator.space.analysis import analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
+from orchestrator.space.found import PUSHES, SpaceAnalysis
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.resistance import UnresistedError
+from orchestrator.space.states import SpaceState
 from orchestrator.space.ties import counted_joints, tie_forces, with_ties
 from orchestrator.storage.files import plain, write_json
 

@@ -20,9 +20,10 @@ from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.weights import applied
 from orchestrator.settings.space_case import SpaceCase
 from orchestrator.settings.space_inventory import direction_words, load_sums
-from orchestrator.space.analysis import BRACKET, SpaceAnalysis
+from orchestrator.space.analysis import BRACKET
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion
+from orchestrator.space.found import SpaceAnalysis
 from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, direction_of
 from orchestrator.space.mechanism import Motion, SpaceMechanism
 from orchestrator.space.ties import TieForce, tie_forces

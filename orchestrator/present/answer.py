@@ -10,7 +10,8 @@ from orchestrator.basis.printed import percent_more, percent_of, printed
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER
 from orchestrator.present.weights import applied_words
-from orchestrator.space.analysis import BRACKET, SpaceAnalysis
+from orchestrator.space.analysis import BRACKET
+from orchestrator.space.found import SpaceAnalysis
 from orchestrator.storage import PushoverSummary, Summary
 from orchestrator.storage.notes import (
     DISTRUST,

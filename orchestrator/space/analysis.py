@@ -11,9 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from math import inf
 from time import perf_counter, thread_time
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from annotated_types import Gt
@@ -31,6 +30,7 @@ from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import HELD_BY, Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
+from orchestrator.space.found import ONE_ANSWER, PUSHES, SpaceAnalysis, States
 from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.resistance import UnresistedError, associative_optimum, moves, multiplier_or_held
@@ -55,8 +55,6 @@ SHARES = (0.35, 0.6, 0.9, 0.95)
 the latest."""
 DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
-ONE_ANSWER = 0.01
-"""Relative difference of two pushes up to which the joints' stiffness decides nothing, as in the plane."""
 LEAST = 1e-4
 """live load, mean block weights, below which the end of a push is no state but for rounding, and none that was closed
 from it without it is the wall's"""
@@ -67,11 +65,6 @@ UNBOUNDED = (
     "if sliding dilated, joints would press ever more and the wall would bear any load in this direction: there is no "
     "upper bound, and joints that are pressed beforehand may bear more than the states found"
 )
-PUSHES = ("elastic joints", "elastic joints, equal springs")
-"""names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
-
-
-States = Literal["range", "headline", "none"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,88 +77,6 @@ class SpaceLimitSettings(Checked):
     """what is looked for without dilation: headline and range, the headline only, or nothing"""
     time: Annotated[float, Gt(0), Unit("s")] = 100.0
     """processor time for the search without dilation; what it has found by then is reported"""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SpaceAnalysis:
-    """associative: bound and mechanism, None where a wall would bear any load if sliding dilated; other_torsion: the
-    multiplier with the other torsion, infinite where it holds the wall; states: what was found without dilation, the
-    headline's push first; looked_for: which of them were looked for. weight (N) of the free blocks. seconds in all.
-    going_down: ids of blocks that go down under the dead load unless they are wedged: whether the wall stands is
-    open."""
-
-    assemblage: SpaceAssemblage
-    loads: SpaceLoads
-    torsion: Torsion
-    associative: SpaceState | None
-    other_torsion: float
-    states: tuple[SpaceState, ...]
-    weight: float
-    seconds: float
-    remarks: tuple[str, ...]
-    going_down: tuple[int, ...] = ()
-    looked_for: States = "range"
-
-    @property
-    def headline(self) -> SpaceState | None:
-        """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
-        the first state that was closed and bears no more than where a push ended, or the first of all."""
-        valid = [state for state in self.states if state.valid]
-        pushes = [state for state in valid if state.name in PUSHES]
-        if not pushes:
-            near = (state for state in valid if state.load_multiplier <= (1.0 + ONE_ANSWER) * self._end)
-            return next(near, valid[0] if valid else None)
-        lowest = min(pushes, key=lambda state: state.load_multiplier)
-        apart = lowest.load_multiplier < (1.0 - ONE_ANSWER) * pushes[0].load_multiplier
-        return lowest if apart else pushes[0]
-
-    @property
-    def not_at_rest(self) -> float | None:
-        """Multiplier at which a push had not come to rest, where the headline is a state that was closed elsewhere and
-        bears more by more than ONE_ANSWER: the wall may fail there; else None."""
-        headline = self.headline
-        if headline is None or headline.name in PUSHES:
-            return None
-        return self._end if headline.load_multiplier > (1.0 + ONE_ANSWER) * self._end else None
-
-    @property
-    def _end(self) -> float:
-        """The lowest multiplier at which a push ended, infinite where none was made."""
-        return min((state.load_multiplier for state in self.states if state.name in PUSHES), default=inf)
-
-    @property
-    def lowest(self) -> SpaceState | None:
-        """The lowest state found."""
-        valid = [state for state in self.states if state.valid]
-        return min(valid, key=lambda state: state.load_multiplier, default=None)
-
-    @property
-    def range(self) -> tuple[float, float] | None:
-        """Lowest and highest state found."""
-        multipliers = [state.load_multiplier for state in self.states if state.valid]
-        return (min(multipliers), max(multipliers)) if multipliers else None
-
-    @property
-    def horizontal_load(self) -> float:
-        """Horizontal resultant of the live load at a multiplier of 1, N: base shears are multiples of it."""
-        return self.loads.base_shear(self.assemblage.wall.up)
-
-    @property
-    def upright_load(self) -> float | None:
-        """Vertical live load at a multiplier of 1, in N upwards, where none of it is horizontal; else None."""
-        return self.loads.upright(self.assemblage.wall.up)
-
-    @property
-    def bound(self) -> float:
-        """The associative multiplier, which no state exceeds: infinite where there is none."""
-        return inf if self.associative is None else self.associative.load_multiplier
-
-    @property
-    def shown(self) -> SpaceState:
-        """The state whose mechanism is drawn: the headline, else the associative one."""
-        state = self.headline or self.associative
-        assert state is not None, "an analysis without either is not returned"
-        return state
 
 
 def analyse(

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from orchestrator.geometry.polyhedra import box
-from orchestrator.space.analysis import state_of
 from orchestrator.space.central_path import PRODUCTS_LEFT, follow
 from orchestrator.space.conic_program import solve_associative
 from orchestrator.space.contacts import find_joints
@@ -18,6 +17,7 @@ from orchestrator.space.equilibrium import equilibrium_of
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.springs import joint_stiffness, springs_of
+from orchestrator.space.states import state_of
 from orchestrator.space.ties import Tie, with_ties
 from tests.support.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of
 

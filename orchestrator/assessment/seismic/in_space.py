@@ -16,9 +16,10 @@ from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.loads.dead_loads import no_mass_words
-from orchestrator.space.analysis import SpaceAnalysis, SpaceState
+from orchestrator.space.found import SpaceAnalysis
 from orchestrator.space.loads import SpaceLoadSettings, direction_of, masses_on, placed_dead_loads
 from orchestrator.space.mechanism import mechanism_of
+from orchestrator.space.states import SpaceState
 from orchestrator.space.wall import SpaceWall
 
 HORIZONTAL = 1e-9

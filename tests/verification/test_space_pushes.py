@@ -1,0 +1,64 @@
+"""What a push on elastic joints in space must not depend on, and what counts where it does not come to rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.geometry.polyhedra import box
+from orchestrator.present.answer import answer_in_space
+from orchestrator.space.analysis import SpaceLimitSettings, analyse
+from orchestrator.space.contacts import find_joints
+from orchestrator.space.found import PUSHES
+from orchestrator.space.generators.shapes import Plan, Stones, u_wall
+from orchestrator.space.loads import SpaceLoadSettings, loads_on
+from tests.support.space_walls import v_groove, wall_of
+from tests.verification.test_space_states import states_of
+
+
+@pytest.mark.parametrize("cut", [(1, 4), (1, 1), (2, 1), (4, 1)])
+def test_how_many_stones_a_course_of_leaves_is_cut_into_changes_nothing(cut):
+    """The wall is prismatic: its thin leaf falls off alone, at b / H as in the plane, however leaves are cut."""
+    leaves = ((0.0, 0.2, 20e3), (0.2, 0.6, 26e3))
+    boxes = [
+        (box((2.0 * k / count, front, 0.3 * course), (2.0 * (k + 1) / count, back, 0.3 * (course + 1))), weight)
+        for (front, back, weight), count in zip(leaves, cut, strict=True)
+        for course in range(4)
+        for k in range(count)
+    ]
+    wall = wall_of([box((-1.0, -1.0, -0.3), (3.0, 2.0, 0.0)), *(one for one, _ in boxes)], friction=0.7)
+    weights = [20e3, *(weight for _, weight in boxes)]
+    blocks = [replace(block, unit_weight=weight) for block, weight in zip(wall.blocks, weights, strict=True)]
+    headline = states_of(replace(wall, blocks=tuple(blocks)), states="headline").headline
+    assert headline.load_multiplier == pytest.approx(0.2 / 1.2, abs=1e-4)
+
+
+def test_a_state_above_a_load_at_which_loading_has_not_come_to_rest_is_no_capacity():
+    """Leaves in stacks, in too little time: the push stood at 0.15, their closed form, and a state at 0.20 counted."""
+    found = states_of(v_groove(np.radians(45), 0.5), "+y")
+    moves = replace(found.states[0], load_multiplier=0.5, error="not at rest after 14 s")
+    state = replace(found.states[0], name="descent from elastic joints, turn 1")
+    unsettled = replace(found, states=(moves, state))
+    assert unsettled.headline is state
+    assert unsettled.not_at_rest == 0.5
+    (said,) = answer_in_space(unsettled)
+    assert said.startswith("λ = 0.70711 is no capacity")
+    assert "Lower is λ = (0.50000), where loading had not come to rest." in said
+    lower = replace(state, load_multiplier=0.504)
+    assert replace(found, states=(moves, state, lower)).headline is lower
+    nearer = replace(found, states=(replace(moves, load_multiplier=0.705), state))
+    assert nearer.not_at_rest is None
+    assert "0.70711 counts" in answer_in_space(nearer)[0]
+
+
+@pytest.mark.parametrize("states", ["range", "headline"])
+def test_where_the_joints_stiffness_decides_the_lower_end_counts(states):
+    """The U-shaped wall under mass x height: springs stiffer with depth 0.2219, equal ones 0.2182, 1.6 % less."""
+    assemblage = find_joints(u_wall(Plan(4, 2, 8), Stones()))
+    loads = loads_on(assemblage.wall, SpaceLoadSettings(direction="-y", distribution="mass_height"))
+    analysis = analyse(assemblage, loads, SpaceLimitSettings(states=states))
+    pushes = {state.name: state.load_multiplier for state in analysis.states if state.valid and state.name in PUSHES}
+    assert len(pushes) == 2
+    assert analysis.headline.load_multiplier == min(pushes.values()) == pytest.approx(0.2182, abs=1e-3)
