@@ -159,7 +159,7 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
         "non_associative": headline.load_multiplier if headline else None,
         "non_associative_range": list(interval) if interval else None,
         "iterations": len(analysis.states),
-        "converged": interval is not None,
+        "converged": interval is not None and analysis.not_at_rest is None,
         "equilibrium_residual": shown.validation.equilibrium,
         "base_shear": shown.load_multiplier * analysis.horizontal_load,
         "seconds": analysis.seconds,
@@ -240,7 +240,7 @@ def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) ->
         return InDirection(angle, gap=f"{HELD}, {error.problem}")
     except (ConvergenceError, FallsError) as error:
         return InDirection(angle, gap=f"not found, {error}")
-    headline = found.headline.load_multiplier if found.headline else math.nan
+    headline = found.headline.load_multiplier if found.headline and found.not_at_rest is None else math.nan
     return InDirection(angle, found.bound if math.isfinite(found.bound) else math.nan, headline)
 
 
