@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from orchestrator.app.case_check import STANDS, kilonewtons, loads_table, plain_table
-from orchestrator.app.space_commands import assemblage_of, doubtful_joints
+from orchestrator.app.space_commands import assemblage_of, corner_words, doubtful_joints
 from orchestrator.app.space_rows import load_words, wall_rows, without_mass
 from orchestrator.app.terminal import shown
 from orchestrator.basis.atomic_files import together
@@ -44,7 +44,7 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
     of_materials, classes = materials(wall), joint_classes(assemblage)
     for table in (loads_table(sums), materials_table(of_materials), joints_table(classes)):
         console.print(table)
-    for line in [load_words(assemblage, loads), *tie_words(case)]:
+    for line in [load_words(assemblage, loads), *corner_words(case, assemblage), *tie_words(case)]:
         console.print(line, soft_wrap=True)
     console.print(STANDS, soft_wrap=True)
     said = [*doubtful_joints(case, assemblage), *without_mass(case), *found.remarks]

@@ -63,6 +63,14 @@ def doubtful_joints(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
     return said
 
 
+def corner_words(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
+    """Return how far corners of the drawing were moved to where they are meant to lie, where they were."""
+    blocks = zip(case.wall.blocks, assemblage.wall.blocks, strict=True)
+    far = max(float(np.abs(block.shape.vertices - drawn.shape.vertices).max()) for drawn, block in blocks)
+    words = "corners lie up to {:.2g} mm off planes that they have in common, and were put there (contact.gap)"
+    return [words.format(1e3 * far)] if assemblage.wall is not case.wall else []
+
+
 def _listed(names: list[str]) -> str:
     return ", ".join(names[:LISTED_JOINTS]) + ", ..." * (len(names) > LISTED_JOINTS)
 
@@ -100,7 +108,8 @@ def _show_mechanism(
 ) -> None:
     """Say what the mechanism is, draw it, and write it down."""
     mechanism = mechanism_of(assemblage, analysis.shown.velocities, analysis.shown.forces)
-    remarks = [*doubtful_joints(case, assemblage), *without_mass(case), *analysis.remarks]
+    remarks = [*corner_words(case, assemblage), *doubtful_joints(case, assemblage), *without_mass(case)]
+    remarks += analysis.remarks
     for remark in remarks:
         say(remark)
     rows = [*mechanism_rows(analysis, mechanism), *kinematic_rows(case, analysis)]

@@ -23,6 +23,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import face_normals, tangents_of
 from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.interfaces import Interfaces
+from orchestrator.space.alignment import aligned
 from orchestrator.space.wall import SpaceWall, pairs_of_boxes
 
 TOUCHING = -0.998
@@ -87,9 +88,10 @@ class _Region:
 
 
 def find_joints(wall: SpaceWall, settings: FaceContactSettings | None = None) -> SpaceAssemblage:
-    """Return the assemblage of a wall: joints sorted by block i, block j; two supports have none. Raises CaseError for
-    a block that no chain of joints connects to a support."""
+    """Return the assemblage of a wall with its corners at common levels (alignment.py): joints sorted by block i, block
+    j; two supports have none. Raises CaseError for a block that no chain of joints connects to a support."""
     settings = settings or FaceContactSettings()
+    wall = aligned(wall, settings.gap)
     regions: list[tuple[int, int, _Region]] = []
     ignored = []
     for i, j, part, share in _shared(wall, settings.gap):

@@ -33,13 +33,15 @@ from orchestrator.space.validation import LIMITS
 
 FIRST_STEP = 1.0
 """h: mean displacement along the live load, times stiffness of a spring at mean depth over the mean block weight."""
-FLOW = 1e-7
+FLOW = 0.5 * LIMITS["flow"]
 """Sum of what is done by points that open while loaded or slide before they must, over the live load's power, at which
 the end is reached."""
+BALANCE = 0.5 * LIMITS["equilibrium"]
+"""Force out of balance, weights of the wall, at the end."""
 NEWTON_BALANCE = 1e-7
 """Force out of balance, mean block weights, that ends Newton's method."""
-TIGHT_BALANCE = 1e-11
-"""The same for the state that is kept."""
+NEAR = 1e3
+"""Times FLOW, from which on Newton's method ends at a tenth of BALANCE."""
 ASTRAY = 100.0
 """Times the first force out of balance from which Newton's method is given up."""
 RUNAWAY = 1e5
@@ -61,8 +63,6 @@ LEAP = 10.0
 """Growth of h after a step of the interior-point method."""
 LEAPS_LOST = 1
 """Such steps that may fail on a large wall: what is left is done faster by closing the state (descent.py)."""
-ARRIVED = 0.5 * LIMITS["flow"]
-"""Flow error of an end that is a state; steps of Newton's method bring it to FLOW, leaps need not."""
 PRESTRESS_STEP = 1e-3
 """Part of the prestress from which a step that takes it away, and has no state of rest, is not made shorter. Walls that
 stand need one or two steps to nothing, arches next to collapse five; a lintel between two piers loses its first one."""
@@ -110,11 +110,12 @@ def push(
     rest, used = _newton(springs, gravity / equilibrium.weight_scale, 0.0, None, NEWTON_STEPS**2, NEWTON_BALANCE)
     h, failures, lost, flow = FIRST_STEP, 0, 0, np.inf
     last, velocities, path = rest, np.zeros_like(springs.dead), [0.0]
-    leaping = len(equilibrium.free_blocks) > LEAPING_BLOCKS
+    blocks = len(equilibrium.free_blocks)
+    leaping = blocks > LEAPING_BLOCKS
     most = LEAPS_LOST if leaping else FAILURES
     while failures < most and last.multiplier < HELD_BY and thread_time() - started < budget:
         begin = replace(last, displacements=h * velocities)
-        taken = _leap(springs, begin, h, flow) if leaping else _step(springs, begin, h, flow)
+        taken = _leap(springs, begin, h, flow) if leaping else _step(springs, begin, h, flow, 0.1 * BALANCE * blocks)
         used += taken.factorisations
         if not taken.good and not leaping and (lost := lost + 1) > PATIENCE:
             taken = _leap(springs, begin, h, flow)
@@ -125,7 +126,7 @@ def push(
         last, velocities, flow, failures = taken.pushed, taken.pushed.displacements / h, taken.flow, 0
         path.append(last.multiplier * equilibrium.weight_scale / equilibrium.live_total)
         report(f"λ {path[-1]:.4f}, {used} factorisations, flow error {flow:.0e}")
-        if flow <= (ARRIVED if leaping else FLOW) and last.error <= 100 * TIGHT_BALANCE:
+        if flow <= FLOW and last.error <= BALANCE * blocks:
             break
         h *= taken.growth
     return _unscaled(equilibrium, last.forces, velocities, flow, used, thread_time() - started, path)
@@ -182,7 +183,7 @@ def _unscaled(
         flow=flow,
         factorisations=factorisations,
         seconds=seconds,
-        converged=bool(flow <= ARRIVED),
+        converged=bool(flow <= FLOW),
         path=tuple(path),
     )
 
@@ -198,9 +199,9 @@ class _Taken:
     factorisations: int
 
 
-def _step(springs: Springs, begin: SpringForces, h: float, flow: float) -> _Taken:
-    """Take a step of length h by Newton's method; flow: the flow error of the last one."""
-    tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else NEWTON_BALANCE
+def _step(springs: Springs, begin: SpringForces, h: float, flow: float, balance: float) -> _Taken:
+    """Take a step of length h by Newton's method; flow: the flow error of the last one, balance: of the end."""
+    tolerance = min(balance, NEWTON_BALANCE) if flow < NEAR * FLOW else NEWTON_BALANCE
     pushed, steps = _newton(springs, begin.forces, begin.multiplier, begin.displacements, NEWTON_STEPS, tolerance, h)
     growth = 3.0 if steps <= 4 else 1.5 if steps <= 7 else 1.0 if steps <= 11 else 0.6
     reached = flow_error(springs, pushed, pushed.displacements / h)

@@ -35,6 +35,31 @@ def test_how_many_stones_a_course_of_leaves_is_cut_into_changes_nothing(cut):
     assert headline.load_multiplier == pytest.approx(0.2 / 1.2, abs=1e-4)
 
 
+@pytest.mark.parametrize("stacks", [3, 5])
+def test_stacks_that_fall_side_by_side_at_one_multiplier_rest_there(stacks):
+    """b / H of each, whatever share of the motion it has: Newton's method left more out of balance than a state may by
+    far, and its steps got ever shorter."""
+    boxes = [box((0.0, 0.2, 0.4 * course), (2.0, 0.8, 0.4 * (course + 1))) for course in range(3)]
+    for k in range(stacks):
+        start, end = 2.0 * k / stacks, 2.0 * (k + 1) / stacks
+        boxes += [box((start, 0.8, 0.4 * course), (end, 0.98, 0.4 * (course + 1))) for course in range(3)]
+    found = states_of(wall_of([box((-1.0, -1.0, -0.3), (3.0, 2.0, 0.0)), *boxes], friction=0.7), "+y", states="headline")
+    assert found.headline.name == PUSHES[0]
+    assert found.headline.load_multiplier == pytest.approx(0.18 / 1.2, abs=1e-4)
+    assert found.seconds < 5.0
+
+
+def test_a_push_ends_where_a_mirrored_one_does():
+    """The U-shaped wall under two directions that mirror each other: one crept on for 35 s, and had no state."""
+    assemblage, ends = find_joints(u_wall(Plan(4, 2, 8), Stones())), []
+    for angle in np.radians([202.0, 338.0]):
+        loads = loads_on(assemblage.wall, SpaceLoadSettings(direction=(np.cos(angle), np.sin(angle), 0.0)))
+        analysis = analyse(assemblage, loads, SpaceLimitSettings(states="headline"))
+        assert analysis.headline.name == PUSHES[0]
+        ends.append(analysis.headline.load_multiplier)
+    assert ends[0] == pytest.approx(ends[1], rel=1e-5)
+
+
 def test_a_state_above_a_load_at_which_loading_has_not_come_to_rest_is_no_capacity():
     """Leaves in stacks, in too little time: the push stood at 0.15, their closed form, and a state at 0.20 counted."""
     found = states_of(v_groove(np.radians(45), 0.5), "+y")

@@ -51,6 +51,18 @@ def test_check_sums_up_loads_materials_and_joints(case, tmp_path, capsys):
     assert [line for line in expected if line not in lines] == []
 
 
+def test_check_tells_how_far_corners_were_moved(case, tmp_path, capsys):
+    """Two corners of the bed 0.1 mm above the ground: the two levels, 0 and 0.1 mm, have 0.025 mm for their mean."""
+    wall = record()
+    for corner in wall["blocks"][1]["vertices"][:2]:
+        corner[2] += 0.1
+    case.with_name("wall.json").write_text(json.dumps(wall))
+    assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "corners lie up to 0.075 mm off planes that they have in common, and were put there" in printed
+    assert "nothing to complain about" in printed
+
+
 def test_check_tells_what_is_unusual(case, tmp_path, capsys):
     settings = ["--set", "wall.unit_weight=20000 kN/m3", "--set", "wall.friction=35"]
     assert cli.main(["check", str(case), *settings, "--output", str(tmp_path / "out")]) == 0

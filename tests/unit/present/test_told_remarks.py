@@ -216,6 +216,7 @@ ON_PAGES = [
     "WARNING: 7 common areas too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2), 2 | 5 (1 mm2)",
     "WARNING: 1 common area too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2)",
     "WARNING: no joint where blocks lie a little more than contact.gap apart: 1 | 2, 2 | 5",
+    "corners lie up to 0.058 mm off planes that they have in common, and were put there (contact.gap)",
     "WARNING: the push on elastic joints found no state (not at rest after 12 s: λ 0.1234, flow error 3e-01); that "
     "with equal springs did",
     "WARNING: loading had not come to rest at λ = (0.1500), and the wall may fail there: give limit_analysis.time more",
