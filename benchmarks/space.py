@@ -61,7 +61,7 @@ def measured(name: str, wall: SpaceWall, seconds: float) -> dict[str, str | floa
         "without_dilation_s": process_time() - solved,
         "associative": associative.load_multiplier,
         "without_dilation": shown.load_multiplier,
-        "is_state": float(analysis.headline is not None),
+        "is_state": float(shown.valid),
         "flow_error": shown.validation.flow,
         "lowest": low,
         "highest": high,

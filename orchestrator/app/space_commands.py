@@ -168,7 +168,7 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
         "non_associative": headline.load_multiplier if headline else None,
         "non_associative_range": list(interval) if interval else None,
         "iterations": len(analysis.states),
-        "converged": interval is not None and analysis.not_at_rest is None,
+        "converged": headline is not None and headline.valid and analysis.not_at_rest is None,
         "equilibrium_residual": shown.validation.equilibrium,
         "base_shear": shown.load_multiplier * analysis.horizontal_load,
         "seconds": analysis.seconds,

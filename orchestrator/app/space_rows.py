@@ -60,7 +60,8 @@ def figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     if torsions_differ(analysis):
         other = TWISTS["uniform" if analysis.torsion == "corners" else "corners"]
         rows.append((f"the same, joints twist as under {other}", bound_words(analysis.other_torsion, 4)))
-    rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else none))
+    shown = ("({:.4f})" if headline.nearly else "{:.4f}").format(headline.load_multiplier) if headline else none
+    rows.append(("without dilation", shown))
     if interval:
         rows.append(("without dilation, lowest and highest found", f"{interval[0]:.4f} – {interval[1]:.4f}"))
     name, size = applied(analysis.shown.load_multiplier, analysis.horizontal_load, analysis.upright_load)

@@ -123,6 +123,9 @@ def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
     multiplier = state.load_multiplier
     shear = applied_words(multiplier, analysis.horizontal_load, analysis.upright_load)
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}, "
+    if analysis.headline is not None and state.nearly:
+        wrong = f"a state but for {max(state.validation.flow, state.validation.power):.0e} of its power"
+        counts = f"λ = ({_limit(multiplier)}) counts ({state.name}, {wrong}): {shear}, "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
     if analysis.not_at_rest is not None:

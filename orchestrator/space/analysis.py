@@ -118,7 +118,7 @@ def analyse(
                     break
         if unresisted is not None and not any(state.valid for state in states):
             raise ConvergenceError("search without dilation", f"{UNBOUNDED}; no state was found: {_nearest(states)}")
-        remarks += [f"WARNING: {UNBOUNDED}"] * (unresisted is not None) + _remarks(states)
+        remarks += [f"WARNING: {UNBOUNDED}"] * (unresisted is not None) + _remarks(states, unresisted is None)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
     analysis = SpaceAnalysis(
         assemblage=assemblage,
@@ -228,8 +228,8 @@ class _Search:
         """Return a state, valid or not; one that needs no live load, or is moved by its rounding only, is none."""
         torsion = self._equilibrium.torsion
         state = state_of(name, self._assemblage, self._loads, solution, velocities, torsion)
-        if state.valid and self._applied(state.load_multiplier) <= LEAST:
-            return replace(state, error=NO_LOAD)
+        if (state.valid or state.nearly) and self._applied(state.load_multiplier) <= LEAST:
+            return replace(state, error=NO_LOAD, nearly=False)
         if state.valid and self._associative is None and not moves(self._equilibrium, state.velocities):
             return replace(state, error="it moves by rounding of the load only")
         return state
@@ -255,18 +255,23 @@ class _Search:
         return self._state(name, closed.forces, closed.mechanism.velocities)
 
 
-def _remarks(states: list[SpaceState]) -> list[str]:
+def _remarks(states: list[SpaceState], is_bounded: bool) -> list[str]:
     """Say what the figures do not: states that need no live load, which push the headline is not, and how near to a
-    state one came where none is."""
+    state one came where none is. is_bounded: whether what is nearly a state may count."""
     loose = dict.fromkeys(as_lambda(one.load_multiplier) for one in states if one.error == NO_LOAD)
     said = [f"states at λ = {', '.join(loose)} need no live load: {LOOSE}"] if loose else []
     if states[0].valid:
         return said
     why = f"the push on elastic joints found no state ({states[0].error})"
-    if any(state.valid for state in states):
-        other = any(state.valid and state.name in PUSHES for state in states)
-        instead = "that with equal springs did" if other else "the headline is the state that its end was closed to"
-        return [*said, f"WARNING: {why}; {instead}"]
+    pushes = [state for state in states if state.name in PUSHES]
+    instead = {
+        "that with equal springs did": any(state.valid for state in pushes),
+        "it is nearly one": is_bounded and any(state.nearly for state in pushes),
+        "the headline is the state that its end was closed to": any(state.valid for state in states),
+        "the headline is what is nearest to one": is_bounded and any(state.nearly for state in states),
+    }
+    if any(instead.values()):
+        return [*said, f"WARNING: {why}; {next(words for words, is_so in instead.items() if is_so)}"]
     none = f"no state without dilation found: {why}; {_nearest(states)}"
     return [*said, f"WARNING: {none}; the associative multiplier is a bound"]
 

@@ -13,6 +13,8 @@ from orchestrator.space.states import SpaceState
 
 ONE_ANSWER = 0.01
 """Relative difference of two pushes up to which the joints' stiffness decides nothing, as in the plane."""
+UNSETTLED = 0.05
+"""Flow error of a push that is not at rest up to which it says how far the multiplier may be off."""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -40,14 +42,24 @@ class SpaceAnalysis:
     looked_for: States = "range"
 
     @property
+    def counted(self) -> list[SpaceState]:
+        """The states; pushes that ended in what is nearly one, where none ended in one; and where that is nothing
+        what is nearest to one."""
+        valid = [state for state in self.states if state.valid]
+        nearly = [state for state in self.states if state.nearly and self.associative is not None]
+        if not any(state.name in PUSHES for state in valid):
+            valid += [state for state in nearly if state.name in PUSHES]
+        return valid or sorted(nearly, key=lambda state: state.validation.flow)[:1]
+
+    @property
     def headline(self) -> SpaceState | None:
         """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
         the first state that was closed and bears no more than where a push ended, or the first of all."""
-        valid = [state for state in self.states if state.valid]
-        pushes = [state for state in valid if state.name in PUSHES]
+        counted = self.counted
+        pushes = [state for state in counted if state.name in PUSHES]
         if not pushes:
-            near = (state for state in valid if state.load_multiplier <= (1.0 + ONE_ANSWER) * self._end)
-            return next(near, valid[0] if valid else None)
+            near = (state for state in counted if state.load_multiplier <= self._most)
+            return next(near, counted[0] if counted else None)
         lowest = min(pushes, key=lambda state: state.load_multiplier)
         apart = lowest.load_multiplier < (1.0 - ONE_ANSWER) * pushes[0].load_multiplier
         return lowest if apart else pushes[0]
@@ -59,23 +71,26 @@ class SpaceAnalysis:
         headline = self.headline
         if headline is None or headline.name in PUSHES:
             return None
-        return self._end if headline.load_multiplier > (1.0 + ONE_ANSWER) * self._end else None
+        ends = [state.load_multiplier for state in self.states if state.name in PUSHES]
+        return min(ends) if headline.load_multiplier > self._most else None
 
     @property
-    def _end(self) -> float:
-        """The lowest multiplier at which a push ended, infinite where none was made."""
-        return min((state.load_multiplier for state in self.states if state.name in PUSHES), default=inf)
+    def _most(self) -> float:
+        """The most that a state may bear that is where pushes ended, of which the flow error says how far they may be
+        from rest; infinite where none was made."""
+        ends = [state for state in self.states if state.name in PUSHES]
+        off = [max(ONE_ANSWER, min(state.validation.flow, UNSETTLED)) for state in ends]
+        return min((state.load_multiplier * (1.0 + one) for state, one in zip(ends, off, strict=True)), default=inf)
 
     @property
     def lowest(self) -> SpaceState | None:
         """The lowest state found."""
-        valid = [state for state in self.states if state.valid]
-        return min(valid, key=lambda state: state.load_multiplier, default=None)
+        return min(self.counted, key=lambda state: state.load_multiplier, default=None)
 
     @property
     def range(self) -> tuple[float, float] | None:
         """Lowest and highest state found."""
-        multipliers = [state.load_multiplier for state in self.states if state.valid]
+        multipliers = [state.load_multiplier for state in self.counted]
         return (min(multipliers), max(multipliers)) if multipliers else None
 
     @property

@@ -7,18 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.limit_analysis.validation import beyond
 from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import Push
 from orchestrator.space.equilibrium import Torsion
 from orchestrator.space.loads import SpaceLoads
-from orchestrator.space.validation import Validation, validate
+from orchestrator.space.validation import LIMITS, Validation, validate
+
+NEARLY = {name: 1e3 * limit for name, limit in LIMITS.items()}
+"""What a state is wrong by at most that is one but for so little: nobody knows where a joint lies, what its friction is
+or what a stone weighs to a part in a thousand."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceState:
     """Multiplier, forces (p, 3) in N and velocities (n, 6) of all blocks at unit live-load power; `name` says what
-    found it, `error` why it is none ("" for a state)."""
+    found it, `error` why it is none ("" for a state), `nearly` whether it is one but for NEARLY."""
 
     name: str
     load_multiplier: float
@@ -27,6 +32,7 @@ class SpaceState:
     validation: Validation
     seconds: float
     error: str = ""
+    nearly: bool = False
 
     @property
     def valid(self) -> bool:
@@ -47,6 +53,6 @@ def state_of(
     velocities[~assemblage.wall.fixed] = free_velocities
     validation = validate(assemblage, loads, solution.load_multiplier, solution.forces, velocities, torsion)
     complaints = ", ".join(validation.complaints)
-    return SpaceState(
-        name, solution.load_multiplier, solution.forces, velocities, validation, solution.seconds, complaints
-    )
+    nearly = bool(complaints) and not beyond(validation, NEARLY)
+    found = solution.load_multiplier, solution.forces, velocities, validation, solution.seconds
+    return SpaceState(name, *found, complaints, nearly)
