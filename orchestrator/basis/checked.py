@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit, quantity
 
 COMPLAINTS = {
     "dataclass_type": ("", "it is a section: write [{key}] and its keys below"),
@@ -30,6 +31,13 @@ COMPLAINTS = {
     "int_type": ("is not a whole number", "write one, without unit, below 1e9"),
 }
 """problem ("": is not accepted) and remedy by pydantic's kinds of complaint, where its own words are a programmer's"""
+BOUNDS = {
+    "greater_than": ("gt", "more than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+"""which bound a number is beyond, by pydantic's kinds of complaint, and what is said of it"""
 OTHER_EXAMPLES = "docs/your_wall.md"
 """file with an example of most tables of a case file"""
 EXAMPLES = {
@@ -113,11 +121,30 @@ def complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
     if first["type"] == "missing":
         shown_in = next((file for start, file in EXAMPLES.items() if key.startswith(start)), OTHER_EXAMPLES)
         return CaseError(key, "is missing", f"see {shown_in} for an example")
+    if first["type"] in BOUNDS:
+        name, words = BOUNDS[first["type"]]
+        value, bound = (_quantity(number, kind, place) for number in (value, first["ctx"][name]))
+        return CaseError(key, f"{value} is not accepted", f"write {words} {bound}")
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error" and "; " in message:
         return CaseError(key, *message.split("; ", 1))
     problem, remedy = COMPLAINTS.get(first["type"], ("", message[:1].lower() + message[1:]))
     return CaseError(key, f"{shown} {problem or 'is not accepted'}", remedy.format(key=key, **first.get("ctx", {})))
+
+
+def _quantity(number: float, kind: Any, place: Sequence[str | int]) -> str:
+    """Return the number of a field at a place such as `load`, `dead`, 0, `force` with the unit it is usually given in."""
+    for key in place:
+        if isinstance(key, str):
+            hint = typing.get_type_hints(kind, include_extras=True).get(key)
+            kind = row_type(hint) or hint
+    short, parts = f"{number:.12g}", [kind]
+    while parts:
+        part = parts.pop()
+        if isinstance(part, Unit) and part.symbol:
+            return min((quantity(one, part.symbol) for one in (number, float(short))), key=len)
+        parts += [*typing.get_args(part), *getattr(part, "__metadata__", ())]
+    return short
 
 
 def _known_keys(kind: Any, place: Sequence[str | int]) -> list[str]:

@@ -57,21 +57,21 @@ VALUES = {
     "unknown key": ("[mesh]\nsiz = 1", "mesh.siz", "did you mean size"),
     "wrong unit": ('[mesh]\nsize = "3 kN"', "mesh.size", "use one of m, mm"),
     "no unit": ('[mesh]\nsize = "3"', "mesh.size", "use one of m, mm"),
-    "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "greater than or equal to 0.000000001"),
+    "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "write at least 1e-09"),
     "elements larger than any number's square": (
         "[mesh]\nsize = 1e300",
         "mesh.size",
-        "less than or equal to 1000000000",
+        "write at most 1e+09 m",
     ),
     "elements smaller than any number's square": (
         "[mesh]\nsize = 1e-300",
         "mesh.size",
-        "greater than or equal to 0.000000001",
+        "write at least 1e-09",
     ),
     "friction of zero": (
         "[wall]\nblocks = 'wall.json'\nfriction = 0",
         "wall.friction",
-        "greater than or equal to 0.000000001",
+        "write at least 1e-09",
     ),
     "not a number": ("[macroblocks]\ntol_n = nan", "macroblocks.tol_n", "write a finite one"),
     "below the noise": ("[macroblocks]\ntol_n = 1e-15", "macroblocks.tol_n", "use at least"),
@@ -90,12 +90,12 @@ LOADS = {
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
     "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0", "give one of the two"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
-    "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
+    "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "write at most 90 deg"),
 }
 MORTAR = {
-    "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "less than or equal to 0.01"),
+    "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "write at most 10 mm"),
     "stiffness in another unit": ('[[joints.classes]]\nnormal_stiffness = "5 GPa"', "normal_stiffness", "GN/m3, N/mm3"),
-    "stiffness of zero": ("[[joints.classes]]\nshear_stiffness = 0", "shear_stiffness", "greater than 0"),
+    "stiffness of zero": ("[[joints.classes]]\nshear_stiffness = 0", "shear_stiffness", "write more than 0"),
     "stiffness twice": (
         "[[joints.classes]]\nnormal_stiffness = 1e9\nmortar_modulus = 1e9\nmortar_thickness = 0.01",
         "joints.classes.0.normal_stiffness",
@@ -129,7 +129,11 @@ LIMIT_CASES = {
     "dead load on air": ("[[load.dead]]\nblocks = [99]\nforce = 5", "load.dead.0.blocks", "blocks of the wall"),
     "no live load": ('[load]\ndistribution = "per_block"', "load.live", "distribution"),
     "friction of a joint class": ("[[joints.classes]]\nfriction = 1e12", "joints.classes.0.friction", "1000000000"),
-    "too little friction": ("[[joints.classes]]\nfriction = 1e-12", "joints.classes.0.friction", "0.000000001"),
+    "too little friction": (
+        "[[joints.classes]]\nfriction = 1e-12",
+        "joints.classes.0.friction",
+        "write at least 1e-09",
+    ),
     "cohesion": ("[[joints.classes]]\ncohesion = 1e20", "joints.classes.0.cohesion", "1e+06 times the mean weight"),
     "tension": (
         "[[joints.classes]]\ntensile_strength = 1e20",

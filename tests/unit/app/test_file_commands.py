@@ -74,7 +74,7 @@ def test_import_of_every_kind_gives_a_block_file_and_its_picture(tmp_path, capsy
     [
         ("wall.dxf", [], "--thickness: is missing"),
         ("wall.dxf", ["--thickness", "3 kN"], "--thickness: unit 'kN' does not fit; use one of m, mm"),
-        ("wall.dxf", ["--thickness=-3"], "--thickness: -3.0 is not accepted; input should be greater than 0"),
+        ("wall.dxf", ["--thickness=-3"], "--thickness: -3 m is not accepted; write more than 0 m"),
         ("wall.dxf", ["--thickness", "0.1", "--scale", "1 mm"], "--scale: does not go with a drawing"),
         ("wall.dxf", ["--thickness", "0.1", "--tolerance", "1 m"], "--tolerance:"),
         ("wall.dxf", ["--thickness", "0.1", "--unit", "ell"], "--unit: unit 'ell' does not fit"),
