@@ -133,7 +133,7 @@ def complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
 
 
 def _quantity(number: float, kind: Any, place: Sequence[str | int]) -> str:
-    """Return the number of a field at a place such as `load`, `dead`, 0, `force` with the unit it is mostly given in."""
+    """Return the number of a field at a place such as `load`, `dead`, 0, `force` in the unit it is given in."""
     for key in place:
         if isinstance(key, str):
             hint = typing.get_type_hints(kind, include_extras=True).get(key)
