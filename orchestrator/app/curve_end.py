@@ -80,7 +80,7 @@ def balanced(curve: PushoverCurve, increments: Iterable[Increment]) -> PushoverC
         (one.number, one.control_displacement, error, not one.moving) for one, error in with_energy_errors(increments)
     ]
     number, moved, errors, static = map(np.array, zip(*of_increments, strict=True))
-    of_curve = number <= curve.step[-1]
+    of_curve = (number > curve.step[0]) & (number <= curve.step[-1])
     fits = np.flatnonzero(of_curve & static & (errors <= ENERGY))
     if not fits.size or not errors[of_curve][-1] > ENERGY:  # what is not a number is no jump
         return curve

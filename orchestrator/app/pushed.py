@@ -246,6 +246,8 @@ def judged(
     end = stepping.end_of(contact_model.height)
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
+    if not (curve.static.load_multiplier > 0.0).any():
+        raise ConvergenceError(f"{model} FE", f"it is not at rest under any live load: {stopped}")
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
     fits = curve if failures else usable(curve, rows)
     cut_short, curve = is_cut_short(curve, fits), balanced(fits, increments())

@@ -141,7 +141,8 @@ def _solid(wall: Wall) -> shapely.Geometry:
     """Return the free stones as one shape."""
     stones = [shapely.Polygon(block.polygon) for block in wall.blocks if not block.fixed]
     gap = DRAWN_OPEN * float(np.sqrt(shapely.area(stones).mean()))
-    return shapely.buffer(shapely.union_all(shapely.buffer(stones, gap, join_style="mitre")), -gap, join_style="mitre")
+    closed = shapely.union_all(shapely.buffer(stones, gap, join_style="mitre"))
+    return shapely.make_valid(shapely.buffer(closed, -gap, join_style="mitre"))  # mitres may cross at a sharp corner
 
 
 def _pieces(solid: shapely.Geometry, axis: int, at: float) -> list[tuple[float, float]]:

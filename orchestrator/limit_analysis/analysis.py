@@ -162,7 +162,7 @@ def left_by_sequence(
             None if state is None else LoadPath(np.array([0.0, state.load_multiplier]), np.ones(2), (), state, 0, 0.0)
         )
 
-    found = peeled(problem, loads, optimum, settings.local_share, Road(path, lambda part: ()))
+    found = peeled(problem, loads, optimum, settings.local_share, Road(path, lambda part: None))
     return found if found is not None and found.local_failures else None
 
 
@@ -170,8 +170,8 @@ def ids_of_falling(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
     """Return the ids of the blocks that go down where a wall does not come to rest under its dead load, in small
     displacements or, as soft as its stones are, in large ones."""
     if met is None:
-        return going_down(StateSearch(problem, STIFFNESSES[0]))
-    return () if met.displaced_rests else going_down(DisplacedWallSearch(met.part, STIFFNESSES[0]))
+        return going_down(StateSearch(problem, STIFFNESSES[0]))[0]
+    return () if met.displaced_rests else going_down(DisplacedWallSearch(met.part, STIFFNESSES[0]))[0]
 
 
 def answered(

@@ -121,12 +121,13 @@ def local_failures_of(met: Loaded) -> Iterator[str]:
     """Yield what came loose before the wall fails."""
     for failure in met.local_failures:
         low, high = failure.multipliers
-        at = f"{as_lambda(high)}" if high - low <= RELEASE * high else f"{as_lambda(low)} to {as_lambda(high)}"
+        at = f"at {as_lambda(high)}" if high - low <= RELEASE * high else f"at {as_lambda(low)} to {as_lambda(high)}"
+        at, wedged = (at, "") if high else ("under the dead load", ", unless wedged")
         stones = ", ".join(map(str, failure.stones))
         share = f"({100 * failure.share:.2g} % of the dead load)"
         single = len(failure.stones) == 1
         said = f"stone {stones} {share} comes loose" if single else f"stones {stones} {share} come loose"
-        yield f"local failure at {at}: {said}"
+        yield f"local failure {at}: {said}{wedged}"
 
 
 def answer_words(met: Loaded) -> Iterator[str]:

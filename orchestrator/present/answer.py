@@ -25,6 +25,7 @@ from orchestrator.storage.notes import (
     is_of_every_stone,
     is_to_be_distrusted,
     most_that_stones_bear,
+    standing_is_open,
     without_reference,
 )
 from orchestrator.storage.summary import Kind, LimitSummary
@@ -193,7 +194,8 @@ def answer_of_run(summary: Summary) -> str:
     pushed, limit, stones = first_of_valid(summary.pushover), summary.limit_analysis, summary.wall.blocks
     if pushed is None:
         takes = f", which takes {_and(plastic)}" if (plastic := _bonds(summary)) else ""
-        return f"No peak counts: none of the curves is valid; limit analysis alone stands{takes}."
+        alone = standing_is_open(limit) or f"limit analysis alone stands{takes}"
+        return f"No peak counts: none of the curves is valid; {alone}."
     bodies = "every stone" if is_of_every_stone(pushed, stones) else "macroblocks"
     peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
     here = f"(λ = {multiplier}, FE of {bodies})"
@@ -206,17 +208,22 @@ def answer_of_run(summary: Summary) -> str:
         above = percent_more(pushed.peak_multiplier, highest_of_limit_analysis(limit))
         text = f"No finite element number counts: {peak} kN {here} is {above} off what every stone bears"
         other = _but(reference) or ", or compare with --model micro"
-        return f"{text}; take limit analysis (λ = {_limit(limit.multiplier)}){other}."
+        return f"{text}; {_take_limit_analysis(limit)}{other}."
     if is_to_be_distrusted(pushed, limit, stones):
         above = f"{pushed.peak_multiplier / most_that_stones_bear(pushed, limit) - 1.0:.1%} above"
         most = "what rigid stones bear at most in small displacements, or as far as they were pushed"
         text = f"{DISTRUST.capitalize()} of {peak} kN {here}, {above} {most}"
-        return f"{text}: compare with a finer mesh, or take limit analysis (λ = {_limit(limit.multiplier)})."
+        return f"{text}: compare with a finer mesh, or {_take_limit_analysis(limit)}."
     text = f"{peak} kN counts {here}{_but(reference)}{_of_another_wall(pushed, limit, stones)}"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
     beside = f"{_limit_beside(pushed, summary)}{_friction_leaves_open(pushed, limit)}{_stands(pushed, limit)}"
     return f"{text}{_macroblocks_beside(pushed, summary)}; {beside}."
+
+
+def _take_limit_analysis(limit: LimitSummary) -> str:
+    """Return what to go by where no curve counts: nothing, where it is open whether the wall stands."""
+    return standing_is_open(limit) or f"take limit analysis (λ = {_limit(limit.multiplier)})"
 
 
 def _but(doubt: str | None) -> str:

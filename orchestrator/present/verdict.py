@@ -17,7 +17,14 @@ from typing import Any, Literal
 from orchestrator.basis.printed import printed
 from orchestrator.loads.block_loads import is_measured_by_base_shear
 from orchestrator.masonry.wall import GRAVITY
-from orchestrator.storage.notes import COARSE_TOES, cautions, first_of_valid, why_not, without_reference
+from orchestrator.storage.notes import (
+    COARSE_TOES,
+    cautions,
+    first_of_valid,
+    standing_is_open,
+    why_not,
+    without_reference,
+)
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
 COLUMNS = (
@@ -121,7 +128,7 @@ def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) 
 def _first_of_least(rows: Sequence[dict[str, Any]], key: str) -> dict[str, Any]:
     """Return the first row that has the least value but for ROUNDING, by which mirror images may differ."""
     least = min(row[key] for row in rows)
-    return next(row for row in rows if row[key] <= (1.0 + ROUNDING) * least)
+    return next(row for row in rows if row[key] <= least + ROUNDING * abs(least))
 
 
 def _not_compared(row: dict[str, Any]) -> dict[str, Any]:
@@ -188,6 +195,8 @@ def _of_curve(pushed: PushoverSummary, summary: Summary, doubts: list[str]) -> d
 
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
     said = [*([] if limit.kind == "collapse state" else [limit.kind]), *doubts]
+    if is_open := standing_is_open(limit):
+        return {"check": LIMIT, "remarks": (is_open, *said), "verified": "not made"}
     row = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
     return row | {"remarks": tuple(said), "verified": "not made" if said else ""}
 

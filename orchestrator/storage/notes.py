@@ -220,6 +220,13 @@ def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[st
     ]
 
 
+def standing_is_open(limit: LimitSummary) -> str | None:
+    """Return that limit analysis leaves open whether a wall stands, and why; None where it does not."""
+    stones = ", ".join(map(str, limit.going_down))
+    go = f"stones {stones} go" if len(limit.going_down) > 1 else f"stone {stones} goes"
+    return f"whether the wall stands is open: {go} down under the dead load unless wedged" if stones else None
+
+
 def without_reference(summary: Summary) -> str | None:
     """Return that the pushover of every stone, the reference of macroblocks, did not come to its end; None where it
     did, or was not to be made."""

@@ -57,11 +57,11 @@ class Road:
     """How a wall is loaded.
 
     path: from a wall and its associative optimum to its path, None where it finds no rest under its dead load; falling:
-    the ids of the blocks that go down then.
+    the motion in which blocks go down then, None where that is not known.
     """
 
     path: Callable[[Problem, LimitSolution], LoadPath | None]
-    falling: Callable[[Problem], tuple[int, ...]]
+    falling: Callable[[Problem], LimitState | None]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -163,7 +163,7 @@ def in_small_displacements(
 ) -> Loaded | None:
     """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose."""
     if len(problem.equilibrium.free_blocks) > most_blocks and not problem.friction.crushes.any():
-        large = peeled(problem, loads, optimum, local_share, Road(large_path, lambda part: ()), before)
+        large = peeled(problem, loads, optimum, local_share, Road(large_path, lambda part: None), before)
         if large is not None:
             return large
     found = [peeled(problem, loads, optimum, local_share, road(stiffness), before) for stiffness in STIFFNESSES]
@@ -274,7 +274,7 @@ def road(stiffness: Stiffness) -> Road:
     """Return how walls are loaded whose joints have a stiffness."""
     return Road(
         path=lambda problem, optimum: load_path(problem, optimum.load_multiplier, stiffness),
-        falling=lambda problem: going_down(StateSearch(problem, stiffness)),
+        falling=lambda problem: going_down(StateSearch(problem, stiffness))[1],
     )
 
 
@@ -289,8 +289,9 @@ def peeled(
     """Load a wall, taking local failures away until what moves is the wall; before: the blocks left, and what is not.
 
     A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
-    optimum, which is its bound too. What then goes down under the dead load came loose with them. What comes loose
-    below a rest that its bound excludes (MISSED) is the mechanism of the bound.
+    optimum, which is its bound too. What then goes down under the dead load came loose with them, and what goes down
+    before any load is a local failure of its own: nothing holds it but a wedge. What comes loose below a rest that its
+    bound excludes (MISSED) is the mechanism of the bound.
     """
     whole = problem.assemblage
     left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
@@ -307,13 +308,14 @@ def peeled(
             return found
         path = road.path(part, optimum)
         spent += path.factorisations if path else 0
-        if path is None and failures:
-            down = left & np.isin([block.id for block in whole.wall.blocks], road.falling(part))
-            gone = shares_of(problem, loads, ~left | down)
+        if path is None and (falls := road.falling(part)) is not None:
+            motion = of_whole(falls, whole, left)
+            down = left & moves(problem, motion)
+            gone, lost = shares_of(problem, loads, ~left | down), shares_of(problem, loads, down).dead
             if down.any() and is_local(gone - rested, rested, local_share):
-                stones = tuple(sorted({*failures[-1].stones, *ids_of(problem, down)}))
-                lost = failures[-1].share + shares_of(problem, loads, down).dead
-                failures = (*failures[:-1], replace(failures[-1], stones=stones, share=lost))
+                last = failures[-1] if failures else LocalFailure((), 0.0, (0.0, 0.0), motion)
+                stones = tuple(sorted({*last.stones, *ids_of(problem, down)}))
+                failures = (*failures[:-1], replace(last, stones=stones, share=last.share + lost))
                 left = left & ~down
                 continue
         if path is None or path.state is None:

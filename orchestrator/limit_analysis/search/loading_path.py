@@ -132,19 +132,22 @@ class StateSearch(Pushing):
                 return state
         return None
 
+    def moving(self, position: Position, change: FloatArray, multiplier: float) -> LimitSolution:
+        """Return forces with their own motion, at unit power of the live load where it goes along with it."""
+        equilibrium = self.problem.equilibrium
+        along = float(self.wall.problem.live @ change)
+        velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0.0 else 1.0))
+        return LimitSolution(
+            multiplier / self.wall.problem.per_multiplier,
+            equilibrium.unit_force * joint_forces(self.wall, position.forces),
+            velocities, equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
+        )  # fmt: skip
+
     def states(self, position: Position, change: FloatArray, multiplier: float) -> list[LimitState]:
         """Return forces with the best mechanism for their normal forces, and with their own motion where it goes along
         with the live load."""
-        equilibrium = self.problem.equilibrium
-        along = float(self.wall.problem.live @ change)
-        opened = open_ends(self.wall, position.rates)
-        velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
-        forces = equilibrium.unit_force * joint_forces(self.wall, position.forces)
-        own = LimitSolution(
-            multiplier / self.wall.problem.per_multiplier, forces, velocities,
-            equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
-        )  # fmt: skip
-        found = [own] if along > 0 else []
+        opened, own = open_ends(self.wall, position.rates), self.moving(position, change, multiplier)
+        found = [own] if float(self.wall.problem.live @ change) > 0.0 else []
         try:
             mechanism = self.closing.programs.mechanism(own.normal)
             found.insert(0, replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
@@ -193,14 +196,18 @@ def is_on_the_verge(problem: Problem, associative: float) -> bool:
     return associative * problem.equilibrium.live_total < LEAST * problem.equilibrium.unit_force
 
 
-def going_down(search: StateSearch) -> tuple[int, ...]:
-    """Return the ids of the blocks that go on moving under the dead load of a wall, none of one that comes to rest."""
+def going_down(search: StateSearch) -> tuple[tuple[int, ...], LimitState | None]:
+    """Return the ids of the blocks that go on moving under the dead load of a wall, with their motion alone at a
+    multiplier of 0; none of a wall that comes to rest."""
     problem, found = search.problem, search.gravity()
     if found.rests:
-        return ()
-    speed = np.abs(found.change.reshape(-1, 3)).max(axis=1)
-    moving = problem.equilibrium.free_blocks[speed > GOES_DOWN * speed.max()]
-    return tuple(sorted(problem.assemblage.wall.blocks[block].id for block in moving))
+        return (), None
+    change = found.change.reshape(-1, 3)
+    speed = np.abs(change).max(axis=1)
+    fast = speed > GOES_DOWN * speed.max()
+    alone = search.moving(found.position, np.where(fast[:, None], change, 0.0).ravel(), 0.0)
+    ids = sorted(problem.assemblage.wall.blocks[block].id for block in problem.equilibrium.free_blocks[fast])
+    return tuple(ids), replace(problem.state("path", problem.no_dilatancy, alone, alone, ()), converged=False)
 
 
 def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:

@@ -1,0 +1,46 @@
+"""Stones that nothing but a wedge holds go down under the dead load, and the wall goes on without them."""
+
+from __future__ import annotations
+
+import pytest
+
+from orchestrator.limit_analysis import analyse
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.present.answer import answer_of_limit
+from tests.support.pushover_chain import rectangle
+
+
+def towers(side: float, width: float) -> Wall:
+    """Two towers 2 m high, of a width and of 1 m, with a square stone between them that rests on nothing."""
+    blocks = (
+        Block(0, rectangle(-1.0, -0.3, 7.0, 0.3), True, 20e3),
+        Block(1, rectangle(0.0, 0.0, width, 2.0), False, 20e3),
+        Block(2, rectangle(width + side, 0.0, 1.0, 2.0), False, 20e3),
+        Block(3, rectangle(width, 1.0, side, side), False, 20e3),
+    )
+    return Wall("towers", blocks, 0.3, 0.7)
+
+
+def test_a_small_stone_between_towers_falls_and_the_slender_one_overturns_by_itself():
+    """b / H = 0.25, the closed form: pushed to the right it leans on nothing. The answer was open."""
+    found = analyse(find_joints(towers(0.2, 0.5), JointSettings()))
+    assert found.headline.load_multiplier == pytest.approx(0.25, rel=1e-3)
+    (failure,) = found.local_failures
+    assert failure.stones == (3,)
+    assert failure.multipliers == (0.0, 0.0)
+    assert failure.share == pytest.approx(0.04 / 3.04)
+    assert (
+        "local failure under the dead load: stone 3 (1.3 % of the dead load) comes loose, unless wedged"
+        in found.remarks
+    )
+    assert failure.state.mechanism.velocities[3, 1] < 0.0, "it goes down"
+    assert not found.going_down
+    assert ", of what is left when stones of 1.3 % of the dead load have come loose, " in answer_of_limit(found)
+
+
+def test_a_large_stone_between_towers_leaves_open_whether_they_stand():
+    """0.8 m x 0.8 m, a tenth of the dead load: that is no local failure."""
+    found = analyse(find_joints(towers(0.8, 2.0), JointSettings()))
+    assert found.going_down == (3,)
+    assert not found.local_failures
