@@ -29,7 +29,7 @@ from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitSt
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.remarks import few_move_words, of_few_words, points_words, remarks_of
+from orchestrator.limit_analysis.remarks import few_move_words, no_rest_words, of_few_words, points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
     Loaded,
@@ -111,6 +111,16 @@ def analyse(
     remarks = (*answer.remarks, *edge_words(answer), *few, *points_words(points), *said, *leaning)
     answer = replace(answer, points_in_common=points, is_bound=not (points or said), remarks=remarks)
     return replace(answer, wall=fingerprint_of_wall(assemblage))
+
+
+def without_rest(assemblage: Assemblage, loads: Loads, settings: LimitAnalysisSettings) -> tuple[str, ...]:
+    """Return in words which stones go down under the dead load unless they are wedged, where any do, of a wall that is
+    loaded as `analyse` does from gravity."""
+    problem = problem_of(assemblage, loads)
+    if not has_path(problem.friction) or len(problem.equilibrium.free_blocks) > settings.path_blocks:
+        return ()
+    falling = going_down(StateSearch(problem, STIFFNESSES[0]))[0]
+    return (no_rest_words(", ".join(map(str, falling)), len(falling)),) if falling else ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
