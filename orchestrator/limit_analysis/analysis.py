@@ -152,7 +152,10 @@ def non_associative_of(
     is_loaded = has_path(problem.friction) and not (met is None and problem.friction.crushes_joints)
     if sequence is not None and not is_loaded:
         met = left_by_sequence(problem, loads, optimum, sequence, settings)
-    other = others(problem, optimum, met, sequence, settings)
+    of_left = sequence
+    if met is not None and met.part is not problem and met.path.state is not None:
+        of_left = papers_value(met.part, met.optimum, met.path.state, settings)[0]
+    other = others(problem, optimum, met, of_left, settings)
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
@@ -321,19 +324,20 @@ def others(
 ) -> Others:
     """Return what descents find from the slips of what is known, of the associative optimum where nothing is.
 
-    States of a wall that has lost stones are those of what is left. Large walls are not searched.
+    States of a wall that has lost stones are those of what is left, of which `sequence` is the paper's state. Large
+    walls are not searched.
     """
     path = None if met is None else met.path.state
     if met is not None and path is not None:
         part, forces = met.part, None if met.is_unloaded else path.joint_forces
-        slips = [path.mechanism.slip] + ([met.slip(sequence, problem.assemblage)] if sequence is not None else [])
+        slips = [path.mechanism.slip] + ([sequence.mechanism.slip] if sequence is not None else [])
     else:
         part, forces, slips = problem, None, [sequence.mechanism.slip if sequence is not None else optimum.rates[:, 2]]
     ends = list[ClosedState]()
     known = path is not None or sequence is not None
     if not known or len(problem.equilibrium.free_blocks) <= settings.search_blocks:
         ends = states_around(part, slips, settings.search_slips if known else 0)
-    states = [closed_state(part, end) for end in ends] + ([sequence] if sequence and part is problem else [])
+    states = [closed_state(part, end) for end in ends] + ([sequence] if sequence is not None else [])
     states = [state for state in states if is_reached(part, state, forces) and not part.complaints(state)]
     passed = closes = None
     if met is not None and path is not None and path.converged:

@@ -275,27 +275,23 @@ def _chosen_without_loose_stones(
 ) -> Partition:
     """Return the partition chosen for the wall without the stones of local failures: these stay bodies of their own.
 
-    The paper's state is that of the wall as drawn, and is not kept.
+    The paper's state is that of the wall as drawn: the lowest state of what is left is kept in its place.
     """
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     left = np.array([block.id not in loose for block in assemblage.wall.blocks])
     joints = joints_left(tied, left)
-    state = analysis.headline
-    mechanism = replace(
-        state.mechanism,
-        velocities=state.mechanism.velocities[left],
-        opening=state.mechanism.opening[joints],
-        slip=state.mechanism.slip[joints],
-    )
-    of_left = replace(state, joint_forces=state.joint_forces[joints], mechanism=mechanism)
-    part = chosen(
-        part_of(assemblage, left),
-        replace(
-            analysis, loads=analysis.loads.of_blocks(left), path=of_left, drawn=None, sequence=None, local_failures=()
-        ),
-        margin,
-        part_of(tied, left),
-    )
+
+    def of_left(state: LimitState) -> LimitState:
+        moves = state.mechanism
+        mechanism = replace(
+            moves, velocities=moves.velocities[left], opening=moves.opening[joints], slip=moves.slip[joints]
+        )
+        return replace(state, joint_forces=state.joint_forces[joints], mechanism=mechanism)
+
+    met, lowest, loads = of_left(analysis.headline), analysis.lowest, analysis.loads.of_blocks(left)
+    other = None if lowest is None else of_left(lowest)
+    of_part = replace(analysis, loads=loads, path=met, sequence=other, drawn=None, local_failures=())
+    part = chosen(part_of(assemblage, left), of_part, margin, part_of(tied, left))
     group = len(left) + np.arange(len(left))
     group[left] = part.body_of_block
     partition = partition_of(assemblage, group)

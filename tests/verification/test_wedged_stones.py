@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.analysis import without_rest
 from orchestrator.loads import loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present.answer import answer_of_limit
 from tests.support.pushover_chain import rectangle
@@ -39,6 +42,19 @@ def test_a_small_stone_between_towers_falls_and_the_slender_one_overturns_by_its
     assert failure.state.mechanism.velocities[3, 1] < 0.0, "it goes down"
     assert not found.going_down
     assert ", of what is left when stones of 1.3 % of the dead load have come loose, " in answer_of_limit(found)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_states_of_what_is_left_are_those_of_a_wall_drawn_without_what_came_loose(seed):
+    """A pinnacle falls at b / H = 0.2: descents began at its slips alone, and the range of the wall was too narrow."""
+    wall = irregular_courses(IrregularCourses(1.6, 1.2, widths=(0.2, 0.5), heights=(0.15, 0.25), seed=seed))
+    pinnacle = Block(len(wall.blocks), rectangle(0.75, 1.2, 0.06, 0.3), False, wall.blocks[1].unit_weight)
+    without = analyse(find_joints(wall, JointSettings()))
+    found = analyse(find_joints(replace(wall, blocks=(*wall.blocks, pinnacle)), JointSettings()))
+    assert [failure.stones for failure in found.local_failures] == [(pinnacle.id,)]
+    assert without.sequence.load_multiplier < 0.98 * without.headline.load_multiplier
+    assert found.headline.load_multiplier == pytest.approx(without.headline.load_multiplier, rel=1e-6)
+    assert found.non_associative_range == pytest.approx(without.non_associative_range, rel=1e-6)
 
 
 def test_a_large_stone_between_towers_leaves_open_whether_they_stand():

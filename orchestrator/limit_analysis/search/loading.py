@@ -21,7 +21,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure, is_of_geometry
@@ -33,7 +32,7 @@ from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, StateSearch, going_down, load_path
 from orchestrator.limit_analysis.search.moving_parts import ids_of, moves, moving_share, shares_of, standing_of
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
-from orchestrator.limit_analysis.search.what_is_left import Chosen, joints_left, of_whole
+from orchestrator.limit_analysis.search.what_is_left import Chosen, of_whole
 from orchestrator.loads.block_loads import Loads
 from orchestrator.loads.local_part import is_local
 from orchestrator.masonry.joints import Assemblage
@@ -110,10 +109,6 @@ class Loaded:
     def is_unloaded(self) -> bool:
         """Whether a wall with a state was not loaded in small displacements."""
         return self.state is not None and not self.path.forces
-
-    def slip(self, state: LimitState, whole: Assemblage) -> FloatArray:
-        """Return the slips of a state of the whole wall in the joints that are left."""
-        return state.mechanism.slip[joints_left(whole, self.left)]
 
     def of_whole(self, state: LimitState, whole: Assemblage) -> LimitState:
         """Return a state of the blocks that are left with the arrays of the whole wall, zeros elsewhere."""
