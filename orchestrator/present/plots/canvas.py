@@ -78,6 +78,8 @@ def wall_figure(points: FloatArray, title: str, name: str) -> tuple[Figure, Axes
     axes.set_ylabel("y (m)")
     axes.ticklabel_format(useOffset=False)
     write_title(axes, title, name)
+    wrapped = axes.get_title().count("\n") - title.count("\n") - bool(name)
+    figure.set_figheight(height + LINE * wrapped)
     return figure, axes
 
 

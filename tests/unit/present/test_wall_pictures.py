@@ -95,10 +95,13 @@ def test_any_name_can_be_drawn_and_fits(assemblage, name, tmp_path):
     ElementTree.parse(tmp_path / "blocks.svg")
 
 
+@pytest.mark.parametrize(
+    "line", ["load multiplier 0.12", "Mechanism (peak in large displacements): load multiplier " * 3]
+)
 @pytest.mark.parametrize("legend", [0, 2, 7])
 @pytest.mark.parametrize("size", [(5, 6), (7, 7.5), (2.2, 1.3), (2, 2.4), (1, 8), (8, 1)])
-def test_no_line_of_a_title_is_cut_off(size, legend):
-    figure, axes = wall_figure(np.array([[0, 0], size]), "load multiplier 0.12\ndisplacements drawn × 5", "a wall")
+def test_no_line_of_a_title_is_cut_off(size, legend, line):
+    figure, axes = wall_figure(np.array([[0, 0], size]), f"{line}\ndisplacements drawn × 5", "a wall")
     for number in range(legend):
         axes.plot([], [], label=f"label {number}")
     legend_below(axes, 3)
