@@ -95,7 +95,10 @@ def test_any_name_can_be_drawn_and_fits(assemblage, name, tmp_path):
     ElementTree.parse(tmp_path / "blocks.svg")
 
 
-@pytest.mark.parametrize(
+LINES = ["load multiplier 0.12", "Mechanism (peak in large displacements): load multiplier " * 3]
+
+
+@pytest.mark.parametrize("line", LINES)
     "line", ["load multiplier 0.12", "Mechanism (peak in large displacements): load multiplier " * 3]
 )
 @pytest.mark.parametrize("legend", [0, 2, 7])
