@@ -99,8 +99,6 @@ LINES = ["load multiplier 0.12", "Mechanism (peak in large displacements): load 
 
 
 @pytest.mark.parametrize("line", LINES)
-    "line", ["load multiplier 0.12", "Mechanism (peak in large displacements): load multiplier " * 3]
-)
 @pytest.mark.parametrize("legend", [0, 2, 7])
 @pytest.mark.parametrize("size", [(5, 6), (7, 7.5), (2.2, 1.3), (2, 2.4), (1, 8), (8, 1)])
 def test_no_line_of_a_title_is_cut_off(size, legend, line):
