@@ -20,6 +20,9 @@ from orchestrator.limit_analysis.paper.equilibrium import block_areas, block_cen
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
 
+DECIMALS = 12
+"""of a loss, of a mechanism's energy: what is less is rounding, and must not choose between bodies that lose alike"""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Motion:
@@ -102,7 +105,7 @@ def _together(first: Motions, second: Motions) -> Motions:
 
 def _loss(first: Motions, second: Motions) -> float:
     """Return the kinetic energy that locking costs, all mechanisms together."""
-    return sum(locked(one, other)[1] for one, other in zip(first, second, strict=True))
+    return round(sum(locked(one, other)[1] for one, other in zip(first, second, strict=True)), DECIMALS)
 
 
 def _joined_in_order(

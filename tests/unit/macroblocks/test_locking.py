@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from orchestrator.limit_analysis import analyse
-from orchestrator.macroblocks.locking import Motion, hierarchy, locked, motion_of_blocks
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.macroblocks.locking import Motion, hierarchy, locked, motion_of_blocks, pairs_by_loss
 from tests.support.walls import of_file
 
 
@@ -56,6 +59,17 @@ def test_inertia_of_a_rectangle_is_that_of_the_textbook(wall_1):
     assert whole
     for motion in whole:
         assert motion.inertia == pytest.approx(motion.mass * (0.4**2 + 0.175**2) / 12)
+
+
+@pytest.mark.parametrize("times", [1.1, np.sqrt(2.0), 7.0])
+def test_rounding_does_not_choose_between_bodies_that_lose_alike(wall_1, times):
+    """A mechanism has no measure: with heavier stones it had other macroblocks, as stones that move as one lose nothing
+    but for rounding."""
+    assemblage, analysis = wall_1
+    slow, stones = analysis.headline.mechanism, one_body_per_block(assemblage)
+    fast = replace(slow, velocities=times * slow.velocities)
+    assert np.array_equal(hierarchy(assemblage, [fast]), hierarchy(assemblage, [slow]))
+    assert pairs_by_loss(stones, assemblage, [fast]) == pairs_by_loss(stones, assemblage, [slow])
 
 
 def test_the_hierarchy_goes_from_every_stone_to_one_body_and_never_through_a_support(wall_1):
