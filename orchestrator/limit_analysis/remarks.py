@@ -122,7 +122,7 @@ def local_failures_of(met: Loaded) -> Iterator[str]:
     for failure in met.local_failures:
         low, high = failure.multipliers
         at = f"at {as_lambda(high)}" if high - low <= RELEASE * high else f"at {as_lambda(low)} to {as_lambda(high)}"
-        at, wedged = (at, "") if high else ("under the dead load", ", unless wedged")
+        at, wedged = ("under the dead load", ", unless wedged") if failure.under_dead_load else (at, "")
         stones = ", ".join(map(str, failure.stones))
         share = f"({100 * failure.share:.2g} % of the dead load)"
         single = len(failure.stones) == 1

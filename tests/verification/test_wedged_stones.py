@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from orchestrator.app import cli
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.analysis import without_rest
 from orchestrator.loads import loads_on
@@ -13,6 +14,7 @@ from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present.answer import answer_of_limit
+from orchestrator.storage.values import write_blocks
 from tests.support.pushover_chain import rectangle
 
 
@@ -42,6 +44,19 @@ def test_a_small_stone_between_towers_falls_and_the_slender_one_overturns_by_its
     assert failure.state.mechanism.velocities[3, 1] < 0.0, "it goes down"
     assert not found.going_down
     assert ", of what is left when stones of 1.3 % of the dead load have come loose, " in answer_of_limit(found)
+
+
+def test_what_only_a_wedge_holds_is_no_state_of_the_kinematic_verification(tmp_path, capsys):
+    """It starts to move at 0.25 g, as the slender tower alone; a division by nothing ended the run."""
+    (tmp_path / "case.toml").write_text(
+        '[wall]\nblocks = "blocks.json"\n[seismic]\npeak_ground_acceleration = "0.1 g"\n'
+    )
+    write_blocks(tmp_path, towers(0.2, 0.5))
+    run = ["run", str(tmp_path / "case.toml"), "--output", str(tmp_path / "run")]
+    assert cli.main([*run, "--model", "macro"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "of the wall without the stones that go down under the dead load unless they are wedged" in printed
+    assert cli.main(["report", str(tmp_path / "run")]) == 0, "what is stored is read again"
 
 
 @pytest.mark.parametrize("seed", [3, 4])

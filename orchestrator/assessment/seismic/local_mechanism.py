@@ -36,6 +36,8 @@ UPPER_BOUND = (
     "no non-associative state was found: the associative multiplier is an upper bound, and walls that fall under their "
     "own weight can have one"
 )
+WEDGED = "of the wall without the stones that go down under the dead load unless they are wedged"
+"""of which wall a mechanism is where limit analysis has taken such stones away"""
 OPENED = "once its bond has opened"
 """how a refusal begins of a wall of which no more is known than where it starts to move"""
 
@@ -58,10 +60,12 @@ def safest_state(analysis: LimitAnalysis) -> LimitState | None:
     """Return the lowest non-associative state, None where there is none.
 
     Stones that come loose before the wall fails are such a state: what they fall on is not asked. So is a last rest
-    that no limit state closed, lest a higher state found elsewhere stands for a wall of which that is not known.
+    that no limit state closed, lest a higher state found elsewhere stands for a wall of which that is not known. Stones
+    that go down under the dead load, as nothing but a wedge holds them, have no state.
     """
     others = [state for state in (analysis.lowest, analysis.sequence) if state is not None and state.converged]
-    states = [failure.state for failure in analysis.local_failures] + [*filter(None, [analysis.path]), *others]
+    loose = [failure.state for failure in analysis.local_failures if not failure.under_dead_load]
+    states = [*loose, *filter(None, [analysis.path]), *others]
     return min(states, key=lambda state: state.load_multiplier, default=None)
 
 
@@ -79,6 +83,8 @@ def loads_in_mechanism(
         except (CaseError, ConvergenceError) as error:
             return f"under a horizontal load proportional to mass: {error}"
         remarks = ("analysed for a horizontal load proportional to mass, not for the load of this case",)
+    if any(failure.under_dead_load for failure in analysis.local_failures):
+        remarks = (*remarks, WEDGED)
     state = safest_state(analysis)
     if state is None:
         return UPPER_BOUND

@@ -136,6 +136,12 @@ class LocalFailure:
     multipliers: tuple[float, float]
     state: LimitState
 
+    @property
+    def under_dead_load(self) -> bool:
+        """Whether they go down under the dead load alone, as nothing but a wedge holds them: the state is their motion,
+        at a multiplier of 0."""
+        return not self.state.converged and self.state.flow_rule == "path"
+
 
 def is_of_geometry(curve: FloatArray, drawn: float) -> bool:
     """Return whether geometry makes the peak of a curve (s, 2) of displacements and multipliers, and not the joints

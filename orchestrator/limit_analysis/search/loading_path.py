@@ -207,7 +207,10 @@ def going_down(search: StateSearch) -> tuple[tuple[int, ...], LimitState | None]
     fast = speed > GOES_DOWN * speed.max()
     alone = search.moving(found.position, np.where(fast[:, None], change, 0.0).ravel(), 0.0)
     ids = sorted(problem.assemblage.wall.blocks[block].id for block in problem.equilibrium.free_blocks[fast])
-    return tuple(ids), replace(problem.state("path", problem.no_dilatancy, alone, alone, ()), converged=False)
+    motion = problem.state("path", problem.no_dilatancy, alone, alone, ())
+    return tuple(ids), replace(
+        motion, converged=False, power_residual=0.0
+    )  # a motion without a live load balances none
 
 
 def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:

@@ -103,8 +103,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             attempts.append(Attempt("it does not rest", length, "moved on", rest.iterations))
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "moved on", error.iterations))
-    balanced = reached == aim and moved.out_of_balance <= solver.newton.residual
-    if balanced and _time_step(solver, state, length) >= solver.time_step(replace(aim, size=0.0)):
+    if reached == aim and moved.out_of_balance <= solver.newton.residual:
         attempts.append(Attempt("bodies are in balance", length, "at rest without a static increment", 0))
         return replace(moved, moving=False, attempts=tuple(attempts))
     if any(attempt.action == OF_BEFORE for attempt in moved.attempts):

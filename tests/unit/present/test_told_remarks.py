@@ -8,7 +8,7 @@ import pytest
 
 from orchestrator.assessment.seismic.in_space import BOUND_ONLY, HEADLINE_ONLY
 from orchestrator.assessment.seismic.kinematic_checks import NOT_TURNING
-from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND
+from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND, WEDGED
 from orchestrator.limit_analysis.gravity import falls
 from orchestrator.limit_analysis.remarks import CRUSHING, NO_PATH
 from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN
@@ -154,6 +154,7 @@ ON_PAGES = [
     "under a horizontal load proportional to mass: the load multiplier has no upper bound",
     "a local failure: stones 3, 4 (12 % of the dead load) move, not the wall",
     "a local failure: stone 3 (12 % of the dead load) moves, not the wall",
+    WEDGED,
     "whether the wall stands is open: stone 58 goes down under the dead load unless wedged",
     "whether the wall stands is open: stones 58, 59 go down under the dead load unless wedged",
     "local failure under the dead load: stone 3 (0.12 % of the dead load) comes loose, unless wedged",
