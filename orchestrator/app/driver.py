@@ -27,9 +27,9 @@ from orchestrator.assessment.seismic.settings import limit_states, without_verif
 from orchestrator.basis.atomic_files import sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming, resumable
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
-from orchestrator.basis.printed import as_lambda
+from orchestrator.basis.printed import as_lambda, wedged_words
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
-from orchestrator.limit_analysis.analysis import without_rest
+from orchestrator.limit_analysis.analysis import stones_in_wedges
 from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.loads import Loads, loads_on
@@ -125,8 +125,10 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
     """
     refuse_seismic(case)
     refuse_what_does_not_stand(case, assemblage)
+    modulus = case.elastic.elastic_modulus
+    wedged = stones_in_wedges(*_loaded(case, assemblage), case.limit_analysis, modulus)
     said = [
-        *(f"WARNING: {remark}" for remark in without_rest(*_loaded(case, assemblage), case.limit_analysis)),
+        *([f"WARNING: {wedged_words(wedged)}"] if wedged else []),
         *assemblage.wall.remarks,
         *lost_joints(assemblage, case.joints),
         *short_contacts(assemblage, case.joints),

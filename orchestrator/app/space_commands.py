@@ -38,6 +38,7 @@ from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.resistance import UnresistedError
 from orchestrator.space.states import SpaceState
 from orchestrator.space.ties import counted_joints, tie_forces, with_ties
+from orchestrator.space.wall import check_wall
 from orchestrator.storage.files import plain, write_json
 
 LISTED_JOINTS = 5
@@ -47,7 +48,10 @@ LISTED_JOINTS = 5
 def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
     """Return the wall of a case with its joints and ties. Raises CaseError."""
     with naming(case.file):
-        return with_ties(find_joints(case.wall, case.contact), case.reinforcement.ties)
+        assemblage = find_joints(case.wall, case.contact)
+        if assemblage.wall is not case.wall:
+            check_wall(assemblage.wall)
+        return with_ties(assemblage, case.reinforcement.ties)
 
 
 def doubtful_joints(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
@@ -65,10 +69,13 @@ def doubtful_joints(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
 
 def corner_words(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
     """Return how far corners of the drawing were moved to where they are meant to lie, where they were."""
+    if assemblage.wall is case.wall:
+        return []
     blocks = zip(case.wall.blocks, assemblage.wall.blocks, strict=True)
-    far = max(float(np.abs(block.shape.vertices - drawn.shape.vertices).max()) for drawn, block in blocks)
-    words = "corners lie up to {:.2g} mm off planes that they have in common, and were put there (contact.gap)"
-    return [words.format(1e3 * far)] if assemblage.wall is not case.wall else []
+    far = max(np.linalg.norm(block.shape.vertices - drawn.shape.vertices, axis=1).max() for drawn, block in blocks)
+    return [
+        f"corners lie up to {1e3 * far:.2g} mm off planes that they have in common, and were put there (contact.gap)"
+    ]
 
 
 def _listed(names: list[str]) -> str:
@@ -196,8 +203,8 @@ def table(analysis: SpaceAnalysis) -> Table:
     load = "base shear\nkN" if analysis.upright_load is None else "live load\nkN"
     for column in ("", "multiplier", load, "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
         result.add_column(column, justify="right" if column else "left", no_wrap=True)
-    lowest = min((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
-    highest = max((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
+    lowest = min(analysis.counted, key=lambda s: s.load_multiplier, default=None)
+    highest = max(analysis.counted, key=lambda s: s.load_multiplier, default=None)
     named = dict[str, SpaceState]()
     other = "uniform" if analysis.torsion == "corners" else "corners"
     for state in analysis.states:
@@ -224,11 +231,13 @@ def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class InDirection:
-    """A direction in plan (angle in rad) with its multipliers; gap: why it has none, "" where it has."""
+    """A direction in plan (angle in rad) with its multipliers; nearly: whether the headline is of what is nearly a
+    state; gap: why it has none, "" where it has."""
 
     angle: float
     associative: float = math.nan
     headline: float = math.nan
+    nearly: bool = False
     gap: str = ""
 
     def __str__(self) -> str:
@@ -236,6 +245,7 @@ class InDirection:
         if self.gap:
             return said + self.gap
         without = "no state found" if math.isnan(self.headline) else f"{self.headline:.4f}"
+        without = f"({without})" if self.nearly else without
         bound = HELD if math.isnan(self.associative) else f"{self.associative:.4f}"
         return f"{said}associative {bound}, without dilation {without}"
 
@@ -249,8 +259,10 @@ def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) ->
         return InDirection(angle, gap=f"{HELD}, {error.problem}")
     except (ConvergenceError, FallsError) as error:
         return InDirection(angle, gap=f"not found, {error}")
-    headline = found.headline.load_multiplier if found.headline and found.not_at_rest is None else math.nan
-    return InDirection(angle, found.bound if math.isfinite(found.bound) else math.nan, headline)
+    headline, nearly = math.nan, False
+    if found.headline is not None and found.not_at_rest is None:
+        headline, nearly = found.headline.load_multiplier, found.headline.nearly
+    return InDirection(angle, found.bound if math.isfinite(found.bound) else math.nan, headline, nearly)
 
 
 def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Callable[[str], None]) -> Path:

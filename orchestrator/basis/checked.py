@@ -123,8 +123,12 @@ def complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
         return CaseError(key, "is missing", f"see {shown_in} for an example")
     if first["type"] in BOUNDS:
         name, words = BOUNDS[first["type"]]
-        value, bound = (_quantity(number, kind, place) for number in (value, first["ctx"][name]))
-        return CaseError(key, f"{value} is not accepted", f"write {words} {bound}")
+        bound = _quantity(first["ctx"][name], kind, place)
+        try:
+            said = _quantity(value, kind, place)
+        except OverflowError:  # a whole number that no float holds
+            said = shown
+        return CaseError(key, f"{repr(value) if said == bound else said} is not accepted", f"write {words} {bound}")
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error" and "; " in message:
         return CaseError(key, *message.split("; ", 1))

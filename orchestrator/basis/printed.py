@@ -83,3 +83,9 @@ def marked(figure: Figure, value: float | None, closed: bool) -> str:
 def few(things: Sequence[object], separator: str = ", ") -> str:
     """Return the first things of a list in one line, and how many more there are."""
     return separator.join(map(str, things[:FEW])) + f" and {len(things) - FEW} more" * (len(things) > FEW)
+
+
+def wedged_words(stones: Sequence[int]) -> str:
+    """Return that stones, by their ids, go down under the dead load unless something presses them."""
+    ids = ", ".join(map(str, stones))
+    return f"{f'stones {ids} go' if len(stones) > 1 else f'stone {ids} goes'} down under the dead load unless wedged"

@@ -29,18 +29,19 @@ from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitSt
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.remarks import few_move_words, no_rest_words, of_few_words, points_words, remarks_of
+from orchestrator.limit_analysis.remarks import few_move_words, of_few_words, points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
     Loaded,
     Road,
+    all_going_down,
     has_path,
     in_large_displacements,
     loaded,
     moving_without_load,
     peeled,
 )
-from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, StateSearch, going_down
+from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -113,14 +114,16 @@ def analyse(
     return replace(answer, wall=fingerprint_of_wall(assemblage))
 
 
-def without_rest(assemblage: Assemblage, loads: Loads, settings: LimitAnalysisSettings) -> tuple[str, ...]:
-    """Return in words which stones go down under the dead load unless they are wedged, where any do, of a wall that is
-    loaded as `analyse` does from gravity."""
-    problem = problem_of(assemblage, loads)
+def stones_in_wedges(
+    assemblage: Assemblage, loads: Loads, settings: LimitAnalysisSettings, elastic_modulus: float = ELASTIC_MODULUS
+) -> tuple[int, ...]:
+    """Return the ids of the stones that go down under the dead load unless they are wedged, of a wall that `analyse`
+    loads from gravity."""
+    view = standard_view(assemblage, loads)
+    problem = problem_of(view.assemblage, view.loads, elastic_modulus)
     if not has_path(problem.friction) or len(problem.equilibrium.free_blocks) > settings.path_blocks:
         return ()
-    falling = going_down(StateSearch(problem, STIFFNESSES[0]))[0]
-    return (no_rest_words(", ".join(map(str, falling)), len(falling)),) if falling else ()
+    return all_going_down(problem, view.loads)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -154,12 +157,12 @@ def non_associative_of(
         met = left_by_sequence(problem, loads, optimum, sequence, settings)
     of_left = sequence
     if met is not None and met.part is not problem and met.path.state is not None:
-        of_left = papers_value(met.part, met.optimum, met.path.state, settings)[0]
+        of_left = None if met.is_unloaded else papers_value(met.part, met.optimum, met.path.state, settings)[0]
     other = others(problem, optimum, met, of_left, settings)
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
-    falling = ids_of_falling(problem, met) if is_loaded else ()
+    falling = ids_of_falling(problem, loads, met) if is_loaded else ()
     return NonAssociative(met, drawn, falling, sequence, other, remarks)
 
 
@@ -179,11 +182,11 @@ def left_by_sequence(
     return found if found is not None and found.local_failures else None
 
 
-def ids_of_falling(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
+def ids_of_falling(problem: Problem, loads: Loads, met: Loaded | None) -> tuple[int, ...]:
     """Return the ids of the blocks that go down where a wall does not come to rest under its dead load, in small
-    displacements or, as soft as its stones are, in large ones."""
+    displacements or, as soft as its stones are, in large ones; loads: of the problem's assemblage."""
     if met is None:
-        return going_down(StateSearch(problem, STIFFNESSES[0]))[0]
+        return all_going_down(problem, loads)
     return () if met.displaced_rests else going_down(DisplacedWallSearch(met.part, STIFFNESSES[0]))[0]
 
 

@@ -10,7 +10,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.limit_state import FlowRule, LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
-from orchestrator.limit_analysis.paper.mechanism import dilation, mechanism_from, power_residual
+from orchestrator.limit_analysis.paper.mechanism import dilation, mechanism_from, motion_of, power_residual
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS
@@ -67,6 +67,25 @@ class Problem:
             yield_residual=friction.excess(forces) / equilibrium.unit_force,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
             dilation=dilation(equilibrium, friction, forces, mechanism),
+            horizontal_load=equilibrium.base_shear,
+            live_total=equilibrium.live_total,
+        )
+
+    def falling(self, forces: FloatArray, velocities: FloatArray) -> LimitState:
+        """Return forces (k, 3) in N with free-block velocities (3m,) under the dead load alone, whatever work the live
+        load does in them, at a multiplier of 0: a motion and no state."""
+        equilibrium = self.equilibrium
+        return LimitState(
+            flow_rule="path",
+            load_multiplier=0.0,
+            joint_forces=read_only(forces),
+            mechanism=motion_of(self.assemblage.wall, equilibrium, velocities),
+            records=(),
+            converged=False,
+            equilibrium_residual=equilibrium.residual(forces, 0.0),
+            yield_residual=self.friction.excess(forces) / equilibrium.unit_force,
+            power_residual=0.0,
+            dilation=0.0,
             horizontal_load=equilibrium.base_shear,
             live_total=equilibrium.live_total,
         )

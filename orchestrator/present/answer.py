@@ -201,7 +201,7 @@ def answer_of_run(summary: Summary) -> str:
     here = f"(λ = {multiplier}, FE of {bodies})"
     reference = without_reference(summary) if pushed.model == "macro" else None
     if pushed.held:
-        moves = f"as drawn it moves at λ = {_limit(limit.multiplier)} (limit analysis)"
+        moves = standing_is_open(limit) or f"as drawn it moves at λ = {_limit(limit.multiplier)} (limit analysis)"
         asks = "" if reference or is_of_every_stone(pushed, stones) else "; whether every stone is, --model micro says"
         return f"{HELD.capitalize()} {here}{_but(reference)}; {moves}{asks}."
     if contradicts(pushed, limit, stones):

@@ -196,7 +196,7 @@ def _of_curve(pushed: PushoverSummary, summary: Summary, doubts: list[str]) -> d
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
     said = [*([] if limit.kind == "collapse state" else [limit.kind]), *doubts]
     if is_open := standing_is_open(limit):
-        return {"check": LIMIT, "remarks": (is_open, *said), "verified": "not made"}
+        return {"check": LIMIT, "unit": "", "remarks": (is_open, *said), "verified": "not made"}
     row = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
     return row | {"remarks": tuple(said), "verified": "not made" if said else ""}
 

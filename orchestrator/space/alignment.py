@@ -22,8 +22,8 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.polyhedra import area_vector, tangents_of, volume_of
 from orchestrator.space.wall import SpaceWall
 
-ALONG = 0.998
-"""Cosine of the angle to an axis up to which a face looks along it, as two faces may look at each other that touch."""
+ALONG = 0.9995
+"""Cosine of the angle to an axis up to which a face looks along it: 1.8 degrees, far more than a gap lets it lean."""
 SAME = 1e-9
 """Part of a block's size below which levels are the same, and corners stay as they are."""
 PASSES = 50
@@ -84,11 +84,17 @@ def axes_of(areas: FloatArray, up: FloatArray) -> Iterator[tuple[FloatArray, Int
 
 
 def common(levels: FloatArray, apart: FloatArray) -> FloatArray:
-    """Return levels (n,) with the mean of those that follow each other within what they may be apart (n,)."""
-    order: IntArray = np.argsort(levels, kind="stable")
-    parts = np.diff(levels[order]) > np.minimum(apart[order[1:]], apart[order[:-1]])
+    """Return levels (n,) with the mean of those that follow each other within what they may be apart (n,).
+
+    Of equal levels it is the most that any may be.
+    """
+    order: IntArray = np.argsort(levels)
+    same = np.concatenate([[0], np.cumsum(np.diff(levels[order]) > SAME * apart.min(initial=np.inf))])
+    begins = np.flatnonzero(np.diff(same, prepend=-1))
+    low, most = levels[order[begins]], np.maximum.reduceat(apart[order], begins)
+    chains = np.concatenate([[0], np.cumsum(np.diff(low) > np.minimum(most[1:], most[:-1]))])[same]
     found = levels.copy()
-    for chain in np.split(order, np.flatnonzero(parts) + 1):
+    for chain in np.split(order, np.flatnonzero(np.diff(chains)) + 1):
         if np.ptp(levels[chain]) <= 2.0 * apart[chain].min():
             found[chain] = levels[chain].mean()
     return found

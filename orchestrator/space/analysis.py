@@ -222,7 +222,7 @@ class _Search:
             return state
         self.is_held |= self._applied(pushed.load_multiplier) >= HELD_BY
         why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
-        return replace(state, error=why)
+        return replace(state, error=why, nearly=state.nearly or state.valid)
 
     def _state(self, name: str, solution: ConicSolution | Push, velocities: FloatArray) -> SpaceState:
         """Return a state, valid or not; one that needs no live load, or is moved by its rounding only, is none."""
@@ -266,7 +266,8 @@ def _remarks(states: list[SpaceState], is_bounded: bool) -> list[str]:
     pushes = [state for state in states if state.name in PUSHES]
     instead = {
         "that with equal springs did": any(state.valid for state in pushes),
-        "it is nearly one": is_bounded and any(state.nearly for state in pushes),
+        "its end is nearly one": is_bounded and states[0].nearly,
+        "that with equal springs nearly did": is_bounded and any(state.nearly for state in pushes),
         "the headline is the state that its end was closed to": any(state.valid for state in states),
         "the headline is what is nearest to one": is_bounded and any(state.nearly for state in states),
     }

@@ -43,11 +43,11 @@ class SpaceAnalysis:
 
     @property
     def counted(self) -> list[SpaceState]:
-        """The states; pushes that ended in what is nearly one, where none ended in one; and where that is nothing
-        what is nearest to one."""
+        """The states; pushes that ended in what is nearly one, where no push ended in one and none was closed that
+        bears no more; and where that is nothing what is nearest to one."""
         valid = [state for state in self.states if state.valid]
         nearly = [state for state in self.states if state.nearly and self.associative is not None]
-        if not any(state.name in PUSHES for state in valid):
+        if not any(state.name in PUSHES or state.load_multiplier <= self._most for state in valid):
             valid += [state for state in nearly if state.name in PUSHES]
         return valid or sorted(nearly, key=lambda state: state.validation.flow)[:1]
 

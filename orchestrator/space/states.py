@@ -15,9 +15,9 @@ from orchestrator.space.equilibrium import Torsion
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.validation import LIMITS, Validation, validate
 
-NEARLY = {name: 1e3 * limit for name, limit in LIMITS.items()}
-"""What a state is wrong by at most that is one but for so little: nobody knows where a joint lies, what its friction is
-or what a stone weighs to a part in a thousand."""
+NEARLY = {name: limit * (10.0 if name in ("equilibrium", "yield_excess") else 1e3) for name, limit in LIMITS.items()}
+"""What a state is wrong by at most that is one but for so little: its forces balance, and of how it moves nobody knows
+where a joint lies, nor its friction, to a part in a thousand."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from math import inf
 
 from orchestrator.assessment.capacity import OUTSIDE
-from orchestrator.basis.printed import millimetres, percent_of, printed
+from orchestrator.basis.printed import millimetres, percent_of, printed, wedged_words
 from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Snap, Summary
 
@@ -213,7 +213,7 @@ def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[st
     if limit.going_down:
         return [f"{said}: in limit analysis, too, stones go down there unless they are wedged"]
     if any(not high for _, high in (loose.multipliers for loose in limit.local_failures)):
-        return [f"{said}: in limit analysis, too, stones come loose under next to no live load"]
+        return [f"{said}: in limit analysis, too, stones come loose under next to no live load, or none"]
     return [
         f"{said}: in finite elements joints slip by up to contact.slip_tolerance before friction holds; limit analysis "
         "has all stones standing there: try a smaller contact.slip_tolerance"
@@ -222,9 +222,7 @@ def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[st
 
 def standing_is_open(limit: LimitSummary) -> str | None:
     """Return that limit analysis leaves open whether a wall stands, and why; None where it does not."""
-    stones = ", ".join(map(str, limit.going_down))
-    go = f"stones {stones} go" if len(limit.going_down) > 1 else f"stone {stones} goes"
-    return f"whether the wall stands is open: {go} down under the dead load unless wedged" if stones else None
+    return f"whether the wall stands is open: {wedged_words(limit.going_down)}" if limit.going_down else None
 
 
 def without_reference(summary: Summary) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -91,6 +92,13 @@ def test_a_plate_is_not_flattened_and_bodies_stay_closed():
     wall = aligned(drawn(wall_of([ground, plate], 0.5), np.eye(3), scattered(1e-3)), 0.1)
     assert np.ptp(wall.blocks[1].shape.vertices[:, 2]) == pytest.approx(0.05, abs=2e-3)
     assert flaw_of(wall.blocks[1].shape) is None
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_the_numbering_of_blocks_does_not_choose_levels(order):
+    """A small stone between two large ones, of which one is drawn half a millimetre higher."""
+    levels, apart, order = np.array([1.0, 1.0, 1.0005]), np.array([1e-3, 3e-4, 1e-3]), list(order)
+    assert common(levels[order], apart[order]) == pytest.approx(common(levels, apart)[order], abs=1e-15)
 
 
 def test_levels_of_which_nobody_knows_which_are_the_same_stay():

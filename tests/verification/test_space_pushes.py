@@ -89,6 +89,8 @@ def test_what_is_nearly_a_state_counts_in_brackets_where_no_push_ended_in_one():
     other = replace(found.states[0], name="descent from elastic joints, turn 1", load_multiplier=0.6)
     assert replace(found, states=(moves, other)).headline is moves, "a state that bears more is farther from the load"
     assert replace(found, states=(found.states[0], moves)).headline is found.states[0]
+    closed = replace(other, load_multiplier=0.4995)
+    assert replace(found, states=(moves, closed)).headline is closed, "the state that its end was closed to"
     nearest = replace(other, load_multiplier=0.5, error="flow", nearly=True, validation=wrong)
     farther = replace(nearest, validation=replace(wrong, flow=3e-4))
     alone = replace(found, states=(replace(moves, nearly=False), farther, nearest))

@@ -36,6 +36,8 @@ UPPER_BOUND = (
     "no non-associative state was found: the associative multiplier is an upper bound, and walls that fall under their "
     "own weight can have one"
 )
+STANDING_OPEN = "whether the wall stands is open: stones go down under the dead load unless they are wedged"
+"""why there is no mechanism to rest on where more than a local part goes down"""
 WEDGED = "of the wall without the stones that go down under the dead load unless they are wedged"
 """of which wall a mechanism is where limit analysis has taken such stones away"""
 OPENED = "once its bond has opened"
@@ -83,6 +85,8 @@ def loads_in_mechanism(
         except (CaseError, ConvergenceError) as error:
             return f"under a horizontal load proportional to mass: {error}"
         remarks = ("analysed for a horizontal load proportional to mass, not for the load of this case",)
+    if analysis.going_down:
+        return STANDING_OPEN
     if any(failure.under_dead_load for failure in analysis.local_failures):
         remarks = (*remarks, WEDGED)
     state = safest_state(analysis)

@@ -32,9 +32,12 @@ CLOSED = 1e-4
 
 def mechanism_from(wall: Wall, equilibrium: Equilibrium, velocities: FloatArray) -> Mechanism:
     """Return the mechanism of free-block velocities (3m,) in m/s and rad/s, scaled to unit live-load power."""
-    u = velocities / (equilibrium.live_load @ velocities)
-    rates = equilibrium.joint_rates(u)
-    of_blocks = equilibrium.of_all_blocks(u)
+    return motion_of(wall, equilibrium, velocities / (equilibrium.live_load @ velocities))
+
+
+def motion_of(wall: Wall, equilibrium: Equilibrium, velocities: FloatArray) -> Mechanism:
+    """Return free-block velocities (3m,) in m/s and rad/s with what they open and slip."""
+    rates, of_blocks = equilibrium.joint_rates(velocities), equilibrium.of_all_blocks(velocities)
     return Mechanism(
         velocities=read_only(of_blocks),
         opening=read_only(rates[:, :2]),

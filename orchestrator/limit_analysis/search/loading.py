@@ -273,6 +273,24 @@ def road(stiffness: Stiffness) -> Road:
     )
 
 
+def with_stones(failure: LocalFailure, stones: tuple[int, ...], share: float) -> LocalFailure:
+    """Return a local failure that takes more stones along, by their ids and their share of the dead load."""
+    return replace(failure, stones=tuple(sorted({*failure.stones, *stones})), share=failure.share + share)
+
+
+def all_going_down(problem: Problem, loads: Loads) -> tuple[int, ...]:
+    """Return the ids of the blocks that go down under the dead load, one after the other, until what is left rests."""
+    left, ids = np.ones(len(problem.assemblage.wall.blocks), dtype=bool), set[int]()
+    while (standing := standing_of(problem, loads, left)) is not None:
+        part, left = standing
+        down, _ = going_down(StateSearch(part, STIFFNESSES[0]))
+        if not down:
+            break
+        ids |= set(down)
+        left = left & ~np.isin([block.id for block in problem.assemblage.wall.blocks], down)
+    return tuple(sorted(ids))
+
+
 def peeled(
     problem: Problem,
     loads: Loads,
@@ -296,25 +314,31 @@ def peeled(
     earlier = [stone for failure in failures[:-1] for stone in failure.stones]
     rested = shares_of(problem, loads, np.isin([block.id for block in whole.wall.blocks], earlier))  # at its last rest
     while (standing := standing_of(problem, loads, left)) is not None:
-        part, left = standing
+        part, stands = standing
+        falls = left & ~stands
+        if falls.any() and failures:
+            gone, lost = shares_of(problem, loads, ~stands), shares_of(problem, loads, falls).dead
+            if not is_local(gone - rested, rested, local_share):
+                return found
+            failures = (*failures[:-1], with_stones(failures[-1], ids_of(problem, falls), lost))
+        left = stands
         try:
             optimum = optimum if part is problem else associative_optimum(part)
         except (CaseError, ConvergenceError):  # what is left is wedged between supports
             return found
         path = road.path(part, optimum)
         spent += path.factorisations if path else 0
-        if path is None and (falls := road.falling(part)) is not None:
-            motion = of_whole(falls, whole, left)
+        if path is None and (falling := road.falling(part)) is not None:
+            motion = of_whole(falling, whole, left)
             down = left & moves(problem, motion)
             gone, lost = shares_of(problem, loads, ~left | down), shares_of(problem, loads, down).dead
             if down.any() and is_local(gone - rested, rested, local_share):
                 last = failures[-1] if failures else LocalFailure((), 0.0, (0.0, 0.0), motion)
-                stones = tuple(sorted({*last.stones, *ids_of(problem, down)}))
-                failures = (*failures[:-1], replace(last, stones=stones, share=last.share + lost))
+                failures = (*failures[:-1], with_stones(last, ids_of(problem, down), lost))
                 left = left & ~down
                 continue
         if path is None or path.state is None:
-            nothing = None if path is None else Loaded(None, path, failures, left, part, optimum)
+            nothing = None if path is None or failures else Loaded(None, path, failures, left, part, optimum)
             return replace(found, factorisations=spent) if found else nothing
         state = of_whole(path.state, whole, left)
         found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)

@@ -132,22 +132,19 @@ class StateSearch(Pushing):
                 return state
         return None
 
-    def moving(self, position: Position, change: FloatArray, multiplier: float) -> LimitSolution:
-        """Return forces with their own motion, at unit power of the live load where it goes along with it."""
-        equilibrium = self.problem.equilibrium
-        along = float(self.wall.problem.live @ change)
-        velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0.0 else 1.0))
-        return LimitSolution(
-            multiplier / self.wall.problem.per_multiplier,
-            equilibrium.unit_force * joint_forces(self.wall, position.forces),
-            velocities, equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
-        )  # fmt: skip
-
     def states(self, position: Position, change: FloatArray, multiplier: float) -> list[LimitState]:
         """Return forces with the best mechanism for their normal forces, and with their own motion where it goes along
         with the live load."""
-        opened, own = open_ends(self.wall, position.rates), self.moving(position, change, multiplier)
-        found = [own] if float(self.wall.problem.live @ change) > 0.0 else []
+        equilibrium = self.problem.equilibrium
+        along = float(self.wall.problem.live @ change)
+        opened = open_ends(self.wall, position.rates)
+        velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
+        forces = equilibrium.unit_force * joint_forces(self.wall, position.forces)
+        own = LimitSolution(
+            multiplier / self.wall.problem.per_multiplier, forces, velocities,
+            equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
+        )  # fmt: skip
+        found = [own] if along > 0 else []
         try:
             mechanism = self.closing.programs.mechanism(own.normal)
             found.insert(0, replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
@@ -202,15 +199,13 @@ def going_down(search: StateSearch) -> tuple[tuple[int, ...], LimitState | None]
     problem, found = search.problem, search.gravity()
     if found.rests:
         return (), None
-    change = found.change.reshape(-1, 3)
+    change, equilibrium = found.change.reshape(-1, 3), problem.equilibrium
     speed = np.abs(change).max(axis=1)
     fast = speed > GOES_DOWN * speed.max()
-    alone = search.moving(found.position, np.where(fast[:, None], change, 0.0).ravel(), 0.0)
-    ids = sorted(problem.assemblage.wall.blocks[block].id for block in problem.equilibrium.free_blocks[fast])
-    motion = problem.state("path", problem.no_dilatancy, alone, alone, ())
-    return tuple(ids), replace(
-        motion, converged=False, power_residual=0.0
-    )  # a motion without a live load balances none
+    alone = np.where(fast[:, None], change / speed.max(), 0.0).ravel()
+    forces = equilibrium.unit_force * joint_forces(search.wall, found.position.forces)
+    ids = sorted(problem.assemblage.wall.blocks[block].id for block in equilibrium.free_blocks[fast])
+    return tuple(ids), problem.falling(forces, equilibrium.row_scale * alone)
 
 
 def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:

@@ -64,8 +64,8 @@ def farthest(model: ContactModel, state: Increment, change: FloatArray) -> float
 def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on: bool = True) -> Increment:
     """Return the state after one step of motion against mass and viscous contacts, or where the wall rests.
 
-    It rests where a static increment says so, and where bodies are in balance, but for what Newton's method leaves,
-    with no more drag than a static increment has: of a wall that does not move, friction may leave none to be found.
+    It rests where a static increment says so, and where bodies are in balance, but for what Newton's method leaves: of
+    a wall that does not move, friction may leave none to be found.
 
     goes_on: the last change is a step of the same motion, from which this one is expected to go on.
     """
