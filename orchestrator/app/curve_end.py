@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orchestrator.assessment.capacity import FALLEN, has_fallen
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines
@@ -59,6 +60,13 @@ def misfits_of(
 def first_misfit(rows: Sequence[RowMisfits]) -> RowMisfits | None:
     """Return the first row that does not fit, None where all do."""
     return next((row for row in rows if not row.fits), None)
+
+
+def bears_load(model: str, curve: PushoverCurve) -> PushoverCurve:
+    """Return the curve as it is. Raises ConvergenceError where none of its rows is at rest under a live load."""
+    if not (curve.static.load_multiplier > 0.0).any():
+        raise ConvergenceError(f"{model} FE", f"it is not at rest under any live load: {curve.stopped_because}")
+    return curve
 
 
 def usable(curve: PushoverCurve, rows: Sequence[RowMisfits]) -> PushoverCurve:

@@ -29,9 +29,9 @@ from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, 
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
 from orchestrator.basis.printed import as_lambda, wedged_words
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
-from orchestrator.limit_analysis.analysis import stones_in_wedges
 from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
+from orchestrator.limit_analysis.wedged_stones import stones_in_wedges
 from orchestrator.loads import Loads, loads_on
 from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
@@ -125,10 +125,9 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
     """
     refuse_seismic(case)
     refuse_what_does_not_stand(case, assemblage)
-    modulus = case.elastic.elastic_modulus
-    wedged = stones_in_wedges(*_loaded(case, assemblage), case.limit_analysis, modulus)
+    wedged = stones_in_wedges(*_loaded(case, assemblage), case.limit_analysis, case.elastic.elastic_modulus)
     said = [
-        *([f"WARNING: {wedged_words(wedged)}"] if wedged else []),
+        *[f"WARNING: {wedged_words(wedged)}"] * bool(wedged),
         *assemblage.wall.remarks,
         *lost_joints(assemblage, case.joints),
         *short_contacts(assemblage, case.joints),
@@ -268,9 +267,7 @@ def push(
     case: Case, segmented: Segmented, output: Path, resume: bool, comm: MPI.Comm | None, report: Report
 ) -> Outcome:
     """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
-    from orchestrator.present import (
-        report as reporting,  # pictures cost 0.2 s that check, limit and segment need not wait for
-    )
+    from orchestrator.present import report as reporting  # pictures cost 0.2 s, which others need not wait for
 
     if resume:
         segmented = on_root(comm, left_off, case, segmented, output)

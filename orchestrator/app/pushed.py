@@ -31,6 +31,7 @@ from orchestrator.app.curve_end import (
     NOT_ENOUGH,
     Suffices,
     balanced,
+    bears_load,
     first_misfit,
     is_cut_short,
     is_past,
@@ -245,9 +246,7 @@ def judged(
     stopped = str(complaint or end_of_curve(last, stepping, contact_model.height) or NOT_ENOUGH)
     end = stepping.end_of(contact_model.height)
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
-    curve = PushoverCurve.from_increments(increments(), stopped)
-    if not (curve.static.load_multiplier > 0.0).any():
-        raise ConvergenceError(f"{model} FE", f"it is not at rest under any live load: {stopped}")
+    curve = bears_load(model, PushoverCurve.from_increments(increments(), stopped))
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
     fits = curve if failures else usable(curve, rows)
     cut_short, curve = is_cut_short(curve, fits), balanced(fits, increments())

@@ -34,7 +34,6 @@ from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
     Loaded,
     Road,
-    all_going_down,
     has_path,
     in_large_displacements,
     loaded,
@@ -54,6 +53,7 @@ from orchestrator.limit_analysis.search.rigid_pushover import DisplacedWallSearc
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.turning_joints import edge_words, left_at_hinges
+from orchestrator.limit_analysis.wedged_stones import all_going_down
 from orchestrator.loads.block_loads import Loads, loads_on, refuse_other_loads
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
@@ -112,18 +112,6 @@ def analyse(
     remarks = (*answer.remarks, *edge_words(answer), *few, *points_words(points), *said, *leaning)
     answer = replace(answer, points_in_common=points, is_bound=not (points or said), remarks=remarks)
     return replace(answer, wall=fingerprint_of_wall(assemblage))
-
-
-def stones_in_wedges(
-    assemblage: Assemblage, loads: Loads, settings: LimitAnalysisSettings, elastic_modulus: float = ELASTIC_MODULUS
-) -> tuple[int, ...]:
-    """Return the ids of the stones that go down under the dead load unless they are wedged, of a wall that `analyse`
-    loads from gravity."""
-    view = standard_view(assemblage, loads)
-    problem = problem_of(view.assemblage, view.loads, elastic_modulus)
-    if not has_path(problem.friction) or len(problem.equilibrium.free_blocks) > settings.path_blocks:
-        return ()
-    return all_going_down(problem, view.loads)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -9,7 +9,7 @@ import pytest
 
 from orchestrator.app import cli
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.limit_analysis.analysis import stones_in_wedges
+from orchestrator.limit_analysis.wedged_stones import stones_in_wedges
 from orchestrator.loads import LiveLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses

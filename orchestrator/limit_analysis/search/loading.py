@@ -278,19 +278,6 @@ def with_stones(failure: LocalFailure, stones: tuple[int, ...], share: float) ->
     return replace(failure, stones=tuple(sorted({*failure.stones, *stones})), share=failure.share + share)
 
 
-def all_going_down(problem: Problem, loads: Loads) -> tuple[int, ...]:
-    """Return the ids of the blocks that go down under the dead load, one after the other, until what is left rests."""
-    left, ids = np.ones(len(problem.assemblage.wall.blocks), dtype=bool), set[int]()
-    while (standing := standing_of(problem, loads, left)) is not None:
-        part, left = standing
-        down, _ = going_down(StateSearch(part, STIFFNESSES[0]))
-        if not down:
-            break
-        ids |= set(down)
-        left = left & ~np.isin([block.id for block in problem.assemblage.wall.blocks], down)
-    return tuple(sorted(ids))
-
-
 def peeled(
     problem: Problem,
     loads: Loads,
