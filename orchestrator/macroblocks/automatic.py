@@ -15,7 +15,8 @@ That a state exists does not say that loading leads to it. So the bodies are loa
 Where they fail elsewhere than the stones do, where no limit state of the stones was closed, or where few bodies are
 saved, others are looked for that do not, for as much work as loading the stones was. Where none are found a tenth of
 the stones is what is begun with: macroblocks are refined when they are pushed (refinement.py). Stones that come loose
-before stay bodies; others are chosen for the wall without them.
+before stay bodies; others are chosen for the wall without them, whose lowest state is kept in the place of the paper's,
+which is that of these stones.
 """
 
 from __future__ import annotations

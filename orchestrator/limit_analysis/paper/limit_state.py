@@ -128,7 +128,7 @@ class LocalFailure:
 
     state: the wall as they move, less what came loose before. multipliers: that of this state and the last at which
     they rest, in order; the state's is lower where stones were wedged: it is a property of that wedge, and depends on
-    the stiffness of its joints.
+    the stiffness of its joints. Both are 0 of stones that go down under the dead load.
     """
 
     stones: tuple[int, ...]

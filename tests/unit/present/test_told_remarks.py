@@ -156,6 +156,7 @@ ON_PAGES = [
     "a local failure: stone 3 (12 % of the dead load) moves, not the wall",
     WEDGED,
     STANDING_OPEN,
+    "micro FE: it is not at rest under any live load: base shear 20 % below its peak",
     "whether the wall stands is open: stone 58 goes down under the dead load unless wedged",
     "whether the wall stands is open: stones 58, 59 go down under the dead load unless wedged",
     "local failure under the dead load: stone 3 (0.12 % of the dead load) comes loose, unless wedged",
