@@ -18,14 +18,14 @@ from orchestrator.masonry.joints import Assemblage
 
 
 def all_going_down(problem: Problem, loads: Loads) -> tuple[int, ...]:
-    """Return the ids of the blocks that go down under the dead load, one after the other, until what is left rests;
-    loads: of the problem's assemblage."""
+    """Return the ids of the blocks that go down under the dead load, one after the other, until what is left rests with
+    joints of either stiffness; loads: of the problem's assemblage."""
     blocks = problem.assemblage.wall.blocks
     left, ids = np.ones(len(blocks), dtype=bool), set[int]()
     while (standing := standing_of(problem, loads, left)) is not None:
         part, left = standing
-        down, _ = going_down(StateSearch(part, STIFFNESSES[0]))
-        if not down:
+        down, *others = (going_down(StateSearch(part, stiffness))[0] for stiffness in STIFFNESSES)
+        if not (down and all(others)):
             break
         ids |= set(down)
         left = left & ~np.isin([block.id for block in blocks], down)

@@ -26,6 +26,8 @@ ALONG = 0.9995
 """Cosine of the angle to an axis up to which a face looks along it: 1.8 degrees, far more than a gap lets it lean."""
 SAME = 1e-9
 """Part of a block's size below which levels are the same, and corners stay as they are."""
+ROUNDINGS = 16.0
+"""Last digits of the largest coordinate below which they do as well: far from the origin these are more."""
 PASSES = 50
 """Axes that are not at right angles move corners off each other's levels, by half at 45 degrees: passes at most."""
 
@@ -42,6 +44,7 @@ def aligned(wall: SpaceWall, gap: float) -> SpaceWall:
     size, counts = np.cbrt([volume_of(shape) for shape in shapes]), np.diff(begins)
     axes = list(axes_of(np.array([area_vector(drawn[face]) for face in faces]), wall.up))
     corners, sizes = drawn.copy(), np.repeat(size, counts)
+    still = SAME * sizes + ROUNDINGS * np.spacing(np.abs(drawn).max())
     for _ in range(PASSES):
         before = corners.copy()
         for axis, looking in axes:
@@ -50,9 +53,9 @@ def aligned(wall: SpaceWall, gap: float) -> SpaceWall:
             apart = gap * np.minimum(sizes, np.repeat(extent, counts))
             shift = common(levels[there], apart[there]) - levels[there]
             corners[there] += shift[:, None] * axis
-        if (np.abs(corners - before).max(axis=1) <= SAME * sizes).all():
+        if (np.abs(corners - before).max(axis=1) <= still).all():
             break
-    if (np.abs(corners - drawn).max(axis=1) <= SAME * sizes).all():
+    if (np.abs(corners - drawn).max(axis=1) <= still).all():
         return wall
     moved = zip(wall.blocks, np.split(corners, begins[1:-1]), strict=True)
     blocks = (replace(block, shape=replace(block.shape, vertices=read_only(own))) for block, own in moved)

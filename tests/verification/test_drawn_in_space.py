@@ -106,3 +106,9 @@ def test_levels_of_which_nobody_knows_which_are_the_same_stay():
     assert common(steps, np.ones(10)) == pytest.approx(steps)
     assert common(steps[:3], np.ones(3)) == pytest.approx(np.full(3, 0.9))
     assert common(np.array([0.0, 0.5, 3.0]), np.ones(3)) == pytest.approx([0.25, 0.25, 3.0])
+
+
+def test_a_wall_far_from_the_origin_stays_as_it_is():
+    """At 1e6 m the last digit is 1e-10 m, as much as stones of 0.1 m tell apart."""
+    wall = l_wall(Plan(4, 2, 4), Stones()).moved(rotation((0.0, 0.0, 1.0), 0.4), np.array([1e6, 2e6, 0.0]))
+    assert aligned(wall, 1e-3) is wall

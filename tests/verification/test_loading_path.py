@@ -317,9 +317,15 @@ def test_load_is_never_above_the_bound_and_displacements_grow():
         assert problem.friction.excess(forces) < 1e-9 * problem.equilibrium.unit_force
 
 
+def test_stones_that_hang_by_friction_go_down():
+    """keystone_wall: nothing but self-stress that no history brings about holds its two middle stones, a local part."""
+    (failure,) = answers("keystone_wall_13x9").local_failures
+    assert (len(failure.stones), failure.multipliers) == (2, (0.0, 0.0))
+
+
 def test_a_wall_that_hangs_by_friction_has_no_path():
-    """keystone_wall: nothing but self-stress that no history brings about holds its middle stone."""
-    found = answers("keystone_wall_13x9")
+    """The same where no part is local."""
+    found = analyse(case("keystone_wall_13x9"), LimitAnalysisSettings(local_share=0.0))
     assert found.path is None
     assert len(found.going_down) == 2
     stones = ", ".join(map(str, found.going_down))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -141,6 +142,10 @@ class LocalFailure:
         """Whether they go down under the dead load alone, as nothing but a wedge holds them: the state is their motion,
         at a multiplier of 0."""
         return not self.state.converged and self.state.flow_rule == "path"
+
+    def taking(self, stones: Sequence[int], share: float) -> LocalFailure:
+        """Return the same with more stones, by their ids and their share of the dead load, that it takes along."""
+        return replace(self, stones=tuple(sorted({*self.stones, *stones})), share=self.share + share)
 
 
 def is_of_geometry(curve: FloatArray, drawn: float) -> bool:

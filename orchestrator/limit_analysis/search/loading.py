@@ -156,12 +156,18 @@ def in_small_displacements(
     most_blocks: int,
     before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
 ) -> Loaded | None:
-    """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose."""
+    """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose.
+
+    Stones that go down under the dead load with joints of one stiffness and not of the other are held, not wedged.
+    """
     if len(problem.equilibrium.free_blocks) > most_blocks and not problem.friction.crushes.any():
         large = peeled(problem, loads, optimum, local_share, Road(large_path, lambda part: None), before)
         if large is not None:
             return large
     found = [peeled(problem, loads, optimum, local_share, road(stiffness), before) for stiffness in STIFFNESSES]
+    stands = [one is not None and not any(each.under_dead_load for each in one.local_failures) for one in found]
+    if any(stands):
+        found = [one if it_stands else None for one, it_stands in zip(found, stands, strict=True)]
     known = [one for one in found if one is not None and one.state is not None]
     answer = lower_of(known) if len(known) == len(STIFFNESSES) else next(iter(known), found[0] or found[1])
     if answer is None:
@@ -273,11 +279,6 @@ def road(stiffness: Stiffness) -> Road:
     )
 
 
-def with_stones(failure: LocalFailure, stones: tuple[int, ...], share: float) -> LocalFailure:
-    """Return a local failure that takes more stones along, by their ids and their share of the dead load."""
-    return replace(failure, stones=tuple(sorted({*failure.stones, *stones})), share=failure.share + share)
-
-
 def peeled(
     problem: Problem,
     loads: Loads,
@@ -307,7 +308,7 @@ def peeled(
             gone, lost = shares_of(problem, loads, ~stands), shares_of(problem, loads, falls).dead
             if not is_local(gone - rested, rested, local_share):
                 return found
-            failures = (*failures[:-1], with_stones(failures[-1], ids_of(problem, falls), lost))
+            failures = (*failures[:-1], failures[-1].taking(ids_of(problem, falls), lost))
         left = stands
         try:
             optimum = optimum if part is problem else associative_optimum(part)
@@ -321,7 +322,7 @@ def peeled(
             gone, lost = shares_of(problem, loads, ~left | down), shares_of(problem, loads, down).dead
             if down.any() and is_local(gone - rested, rested, local_share):
                 last = failures[-1] if failures else LocalFailure((), 0.0, (0.0, 0.0), motion)
-                failures = (*failures[:-1], with_stones(last, ids_of(problem, down), lost))
+                failures = (*failures[:-1], last.taking(ids_of(problem, down), lost))
                 left = left & ~down
                 continue
         if path is None or path.state is None:
