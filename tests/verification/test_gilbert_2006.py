@@ -61,8 +61,7 @@ def test_keystone_wall_has_no_solution_by_the_sequence_and_says_so():
     assert found.sequence is None
     (remark,) = [remark for remark in found.remarks if "the paper's sequence found no state" in remark]
     assert "no joint forces satisfy equilibrium and friction" in remark
-    assert found.headline is found.associative
-    assert found.non_associative_range is None
+    assert found.share_lost == pytest.approx(0.0187, abs=1e-4), "the stones that hang come loose first"
 
 
 def test_seeds_hardly_matter_on_wall_4():

@@ -33,7 +33,8 @@ def of(name, rule):
 @pytest.mark.parametrize("name", [*NAMES, "keystone_wall_13x9"])
 def test_forces_balance_within_friction(name, rule):
     state = of(name, rule)
-    if state is None:
+    # stones that have come loose are in no balance
+    if state is None or (rule != "associative" and answers(name).local_failures):
         assert name == "keystone_wall_13x9"
         assert rule in ("sequence", "path", "lowest")
         return
