@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -21,7 +21,7 @@ from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
 
 DECIMALS = 12
-"""of a loss, of a mechanism's energy: what is less is rounding, and must not choose between bodies that lose alike"""
+"""of a loss, of a mechanism's energy, and of a mass, of the wall's: what is less is rounding, and must not choose"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,12 +90,18 @@ Motions = tuple[Motion, ...]
 
 
 def _motions_of_blocks(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[Motions]:
-    """Return the motions of every block, every mechanism with the kinetic energy 1."""
+    """Return the motions of every block, every mechanism with the kinetic energy and all blocks with the mass 1."""
     motions = []
     for mechanism in mechanisms:
         blocks = motion_of_blocks(assemblage, mechanism)
-        scale = 1.0 / np.sqrt(sum(block.energy for block in blocks))
-        motions.append([replace(m, velocity=scale * m.velocity, rotation=scale * m.rotation) for m in blocks])
+        total = sum(block.mass for block in blocks)
+        scale = np.sqrt(total / sum(block.energy for block in blocks))
+        motions.append(
+            [
+                Motion(m.mass / total, m.inertia / total, m.centre, scale * m.velocity, scale * m.rotation)
+                for m in blocks
+            ]
+        )
     return list(zip(*motions, strict=True))
 
 
@@ -103,9 +109,11 @@ def _together(first: Motions, second: Motions) -> Motions:
     return tuple(locked(one, other)[0] for one, other in zip(first, second, strict=True))
 
 
-def _loss(first: Motions, second: Motions) -> float:
-    """Return the kinetic energy that locking costs, all mechanisms together."""
-    return round(sum(locked(one, other)[1] for one, other in zip(first, second, strict=True)), DECIMALS)
+def _price(first: Motions, second: Motions) -> tuple[float, float]:
+    """Return the kinetic energy that locking costs, all mechanisms together, and the mass that is then one body: of
+    bodies that lose alike the lightest are joined first, so that those that are divided come apart in halves."""
+    loss = sum(locked(one, other)[1] for one, other in zip(first, second, strict=True))
+    return round(loss, DECIMALS), round(first[0].mass + second[0].mass, DECIMALS)
 
 
 def _joined_in_order(
@@ -132,9 +140,9 @@ def _joined_in_order(
 
 def _priced(
     motions: dict[int, Motions], version: dict[int, int], i: int, j: int
-) -> tuple[float, int, int, tuple[int, int]]:
-    """Return the loss of joining i and j, with what tells later whether either has changed."""
-    return _loss(motions[i], motions[j]), i, j, (version[i], version[j])
+) -> tuple[tuple[float, float], int, int, tuple[int, int]]:
+    """Return the price of joining i and j, with what tells later whether either has changed."""
+    return _price(motions[i], motions[j]), i, j, (version[i], version[j])
 
 
 def _neighbours(assemblage: Assemblage, within: IntArray) -> dict[int, set[int]]:
@@ -160,4 +168,4 @@ def pairs_by_loss(
         first, second = sorted((int(body[i]), int(body[j])))
         if first != second and second < partition.count:
             joints[first, second] = (i, j)
-    return [joints[pair] for pair in sorted(joints, key=lambda pair: _loss(motions[pair[0]], motions[pair[1]]))]
+    return [joints[pair] for pair in sorted(joints, key=lambda pair: _price(motions[pair[0]], motions[pair[1]]))]
