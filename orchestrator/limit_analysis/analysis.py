@@ -41,11 +41,10 @@ from orchestrator.limit_analysis.search.loading import (
     peeled,
 )
 from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, going_down
-from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
+from orchestrator.limit_analysis.search.lower_states import TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
-    closed_state,
     closing_state,
-    is_reached,
+    reached,
     states_around,
     touched,
 )
@@ -324,18 +323,19 @@ def others(
         slips = [path.mechanism.slip] + ([sequence.mechanism.slip] if sequence is not None else [])
     else:
         part, forces, slips = problem, None, [sequence.mechanism.slip if sequence is not None else optimum.rates[:, 2]]
-    ends = list[ClosedState]()
+    ends, on_the_way = list[LimitState](), list[LimitState]()
     known = path is not None or sequence is not None
     if not known or len(problem.equilibrium.free_blocks) <= settings.search_blocks:
-        ends = states_around(part, slips, settings.search_slips if known else 0)
-    states = [closed_state(part, end) for end in ends] + ([sequence] if sequence is not None else [])
-    states = [state for state in states if is_reached(part, state, forces) and not part.complaints(state)]
+        way = None if met is None else met.path
+        ends, on_the_way = states_around(part, slips, settings.search_slips if known else 0, way)
+    states = reached(part, [*ends, *filter(None, [sequence])], forces)
     passed = closes = None
     if met is not None and path is not None and path.converged:
         passed = touched(part, states, met.path, (1.0 - SAME_ANSWER) * path.load_multiplier)
         states.append(path)
     elif met is not None and path is not None:
         closes = closing_state(part, states, path, SAME_ANSWER)
+    states += reached(part, on_the_way, forces)
     lowest = min(states, key=lambda state: state.load_multiplier, default=None)
     highest = max((state.load_multiplier for state in states), default=None)
     if met is not None and path is not None:

@@ -184,7 +184,7 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
 
 
 def _far_short(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[str]:
-    """Return that every stone bears far less than in limit analysis, where that met a state and the same has fallen."""
+    """Return that every stone bears far less than what loading meets in limit analysis, where the same has fallen."""
     peaks = (*(limit.interval or ()), limit.rigid_peak, limit.pressed_peak)
     least = min(limit.multiplier, *(peak for peak in peaks if peak is not None), inf)
     is_state = limit.kind != "an upper bound only" and not (limit.going_down or fallen_alone(pushed, limit))
@@ -192,10 +192,12 @@ def _far_short(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> lis
     if not (is_state and reached and pushed.peak_multiplier < (1.0 - FAR_SHORT) * least):
         return []
     peak, bears = printed("multiplier", pushed.peak_multiplier), printed("multiplier", least)
+    why = "friction may lead to another state, or elements are too long: compare with a quarter of mesh.size"
+    if limit.lowest is not None and limit.lowest <= pushed.peak_multiplier:
+        why = f"friction leads to another state, and such were found from {printed('multiplier', limit.lowest)} on"
     return [
         f"{pushed.model} FE: the peak {peak} is more than 10 % below {bears}, the least that every stone bears in "
-        "limit analysis: friction may lead to another state, or elements are too long: compare with a quarter of "
-        "mesh.size"
+        f"limit analysis as loading meets it: {why}"
     ]
 
 

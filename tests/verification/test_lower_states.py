@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from shapely.geometry import Polygon
 
+from orchestrator import one_body_per_block, push
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
@@ -12,6 +15,7 @@ from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from tests.support.limit_analysis_cases import analysed, answers, case, mirrored
+from tests.support.walls import of_file
 
 NAMES = [
     "block_on_10deg_slope", "ferris_tinloi_wall1", "ferris_tinloi_wall3", "ferris_tinloi_wall4", "ferris_tinloi_wall6",
@@ -73,3 +77,22 @@ def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so
     assert state.load_multiplier == pytest.approx(found.last_rest, rel=0.01)
     assert state.flow_rule in ("descent", "sequence")
     assert any(remark.startswith("the path was not followed to its end: state closed by ") for remark in found.remarks)
+
+
+def test_a_column_that_the_stone_beside_it_holds_is_found_where_it_overturns_by_itself():
+    """Rubble with a column of five stones at its edge. Loading meets 0.226, as a stone that leans on the column goes
+    down with it; the column alone overturns about its lowest corner, and finite elements come to that."""
+    wall = of_file("rubble_46_stones")
+    column = [Polygon(wall.wall.blocks[block].polygon) for block in (4, 19, 21, 34, 41)]
+    edge = np.array(max((point for stone in column for point in stone.exterior.coords), key=lambda p: (p[0], -p[1])))
+    arms = np.abs([np.array(stone.centroid.coords[0]) - edge for stone in column])
+    alone = np.divide(*(np.array([stone.area for stone in column]) @ arms))
+    found = analyse(wall)
+    assert found.headline.load_multiplier > 1.3 * alone
+    assert found.lowest.load_multiplier == pytest.approx(alone, rel=1e-6)
+    assert found.lowest.converged
+    curve = push(wall, found, one_body_per_block(wall)).curve.static
+    multiplier, moved = curve.load_multiplier, curve.control_displacement_m
+    peak = int(np.argmax(multiplier))
+    assert multiplier[peak] < 0.8 * found.headline.load_multiplier
+    assert multiplier[moved > 1.1 * moved[peak]].max() == pytest.approx(alone, rel=0.03), "where it comes to from there"

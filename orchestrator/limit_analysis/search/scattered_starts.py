@@ -61,9 +61,7 @@ def scattered_states(
     found: dict[int, list[ClosedState]] = {}
 
     def take_what_is_left(own: TwoPrograms) -> None:
-        found.update(
-            (number, list(_while_hopeful(descent(own, start, TURNS_AROUND_A_STATE)))) for number, start in left
-        )
+        found.update((number, list(while_hopeful(descent(own, start, TURNS_AROUND_A_STATE)))) for number, start in left)
 
     elsewhere = other.submit(take_what_is_left, programs[1])
     take_what_is_left(programs[0])
@@ -71,7 +69,7 @@ def scattered_states(
     return [state for number in sorted(found) for state in found[number]]
 
 
-def _while_hopeful(states: Iterator[ClosedState]) -> Iterator[ClosedState]:
+def while_hopeful(states: Iterator[ClosedState]) -> Iterator[ClosedState]:
     """Yield the states of a descent up to the first that is out of balance by too much for its turn."""
     for state, most in zip(states, chain(HOPELESS_DESCENTS, repeat(np.inf)), strict=False):
         yield state

@@ -274,3 +274,17 @@ def test_every_stone_far_below_limit_analysis_is_told(of, share, said):
     pushed = replace(PUSHED, model="micro", bodies=3, peak_multiplier=share * load)
     remarks = storage.remarks(replace(found, limit_analysis=limit, pushover=(pushed,)))
     assert any("below" in remark and "compare with a quarter of mesh.size" in remark for remark in remarks) is said
+
+
+def test_every_stone_far_below_what_loading_meets_but_not_below_other_states_is_told():
+    found = summary()
+    load = found.limit_analysis.multiplier
+    pushed = replace(PUSHED, model="micro", bodies=3, peak_multiplier=0.8 * load)
+    for lowest, said in ((0.79, "friction leads to another state, and such were found from"), (0.81, "compare with")):
+        limit = replace(found.limit_analysis, lowest=lowest * load)
+        (remark,) = [
+            remark
+            for remark in storage.remarks(replace(found, limit_analysis=limit, pushover=(pushed,)))
+            if "is more than 10 % below" in remark
+        ]
+        assert said in remark
