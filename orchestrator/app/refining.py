@@ -77,10 +77,7 @@ def push_and_refine(
 
     def suffices(multiplier: float) -> bool:
         """Whether those that are pushed now may be the last."""
-        if more_bodies(next_one.count, stones) is None:
-            return True
-        here = [Borne(next_one.count, multiplier, True, True, in_large) for in_large in (False, True)]
-        return any(may_be_last(analysis, margin, borne, last, stones) for last in here)
+        return more_bodies(next_one.count, stones) is None or may_be_last(analysis, margin, multiplier)
 
     next_one = partition
     while True:

@@ -110,6 +110,12 @@ def alike(margin: float) -> float:
     return max(margin, SAME_ANSWER)
 
 
+def may_be_last(analysis: LimitAnalysis, margin: float, multiplier: float) -> bool:
+    """Return whether bodies that bear a multiplier may be the last: not if rigid blocks bear less."""
+    rigid = max(rigid_multiplier(analysis, in_large) for in_large in (False, True))
+    return multiplier <= (1.0 + alike(margin)) * rigid
+
+
 def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones: int) -> bool:
     """Return whether the last of the macroblocks that were pushed, each finer than those before, need no others.
 
@@ -128,15 +134,6 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     known = last.in_large and analysis.rigid_peak is not None
     near = last.multiplier <= (1.0 + alike(margin)) * most and not (known and off < -FAR_BELOW)
     return near and same[-2:] == [True, True] and last.bodies > FEW * stones
-
-
-def may_be_last(analysis: LimitAnalysis, margin: float, borne: list[Borne], last: Borne, stones: int) -> bool:
-    """Return whether bodies whose base shear has fallen from its highest, `last`, may be the last of those in `borne`.
-
-    They are where they are enough, and where they bear less than stones do: a higher peak may be ahead.
-    """
-    pressed = least_multiplier(analysis, last.in_large)
-    return last.multiplier < (1.0 - alike(margin)) * pressed or is_enough(analysis, margin, [*borne, last], stones)
 
 
 def remarked(

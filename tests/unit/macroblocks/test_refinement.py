@@ -14,7 +14,7 @@ from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import ELSEWHERE
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of, stones_of
-from orchestrator.macroblocks.refinement import HELD, Borne, finer, is_enough, may_be_last, more_bodies, remarked
+from orchestrator.macroblocks.refinement import HELD, Borne, finer, is_enough, more_bodies, remarked
 from tests.support.walls import of_file
 
 MARGIN = 0.01
@@ -280,17 +280,6 @@ def test_bodies_that_bear_more_than_rigid_blocks_cannot_be_the_last(wall_1):
     pushed, sufficed, _ = pushes(*wall_1, [1.3, 1.1, 1.0, 1.0])
     assert (pushed, sufficed) == ([1, 2, 4], [False, False, True])
     assert pushes(*wall_1, [0.8, 0.95, 1.2, 1.0])[1] == [True, True, False, True]
-
-
-def test_few_bodies_are_left_at_a_peak_that_twice_as_many_have_to_confirm(wall_1):
-    """Not before one that stones exceed: a higher one may be ahead."""
-    analysis, stones = wall_1[1], 100
-    headline = analysis.headline.load_multiplier
-    coarse, same, lower = (Borne(bodies, share * headline, True, True) for bodies, share in ((2, 1), (4, 1), (4, 0.9)))
-    assert not may_be_last(analysis, MARGIN, [], coarse, stones)
-    assert may_be_last(analysis, MARGIN, [], coarse, stones // 10)
-    assert may_be_last(analysis, MARGIN, [coarse], same, stones)
-    assert may_be_last(analysis, MARGIN, [coarse], lower, stones)
 
 
 def test_bodies_that_overlap_before_their_peak_are_never_the_last(wall_1):
