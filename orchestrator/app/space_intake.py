@@ -21,7 +21,7 @@ from orchestrator.present.in_space import space_pictures
 from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.settings.unusual import unusual_material
 from orchestrator.space.block_files import UP
-from orchestrator.space.contacts import find_joints
+from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.sources.compas import is_compas, read_compas
 from orchestrator.space.sources.material import SpaceMaterial, with_supports
 from orchestrator.space.sources.meshes import SUFFIXES as MESHES
@@ -82,7 +82,7 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, picture: P
         raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
     with naming(path):
         wall = read_file(path, options, lambda text: console.print(f"{path}: {text}", soft_wrap=True))
-        check_wall(wall)
+        check_wall(wall, FaceContactSettings().gap)
         assemblage = find_joints(wall)
     stones = [block for block in wall.blocks if not block.fixed]
     for remark in unusual_material((block.unit_weight for block in stones), [wall.friction]):

@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.printed import millimetres
 from orchestrator.geometry.rigid import cross
 
 FLAT = 1e-4
@@ -103,9 +104,12 @@ def tangents_of(normal: FloatArray) -> FloatArray:
     return np.array([first, np.cross(normal, first)])
 
 
-def flaw_of(body: Polyhedron) -> tuple[str, str] | None:
-    """Return what is wrong with a body and what helps, or None for a closed one, oriented outwards, not crossing."""
-    flaw = _flaw_of_faces(body) or _flaw_of_edges(body)
+def flaw_of(body: Polyhedron, off: float = 0.0) -> tuple[str, str] | None:
+    """Return what is wrong with a body and what helps, or None for a closed one, oriented outwards, not crossing.
+
+    off: m by which corners of a face may lie off their plane, where that is more than FLAT of its size.
+    """
+    flaw = _flaw_of_faces(body, max(off, FLAT * body.size)) or _flaw_of_edges(body)
     if flaw:
         return flaw
     volume = volume_of(body)
@@ -118,8 +122,8 @@ def flaw_of(body: Polyhedron) -> tuple[str, str] | None:
     return None
 
 
-def _flaw_of_faces(body: Polyhedron) -> tuple[str, str] | None:
-    """Return the flaw of the first face that is no plane polygon without crossings."""
+def _flaw_of_faces(body: Polyhedron, most: float) -> tuple[str, str] | None:
+    """Return the flaw of the first face that is no polygon without crossings in a plane, to `most` m."""
     size = body.size
     for number, face in enumerate(body.faces):
         corners = body.vertices[list(face)]
@@ -130,10 +134,10 @@ def _flaw_of_faces(body: Polyhedron) -> tuple[str, str] | None:
         if area <= 1e-9 * size**2:
             return f"face {number} has no area", "leave it out, or give corners that are not on one line"
         off = np.ptp(corners @ (normal / area))
-        if off > FLAT * size:
-            return f"face {number} is not plane, its corners are {off / size:.1g} of the block's size off", (
-                "split it into triangles"
-            )
+        if off > most:
+            by = f"{millimetres(off)} off (at most {millimetres(most)})"
+            remedy = "split it into triangles, or give contact.gap what the drawing is off"
+            return f"face {number} is not plane, its corners lie {by}", remedy
         if len(face) > 3 and not shapely.Polygon(corners @ tangents_of(normal / area).T).is_valid:
             return f"face {number} crosses or touches itself", "list its corners once, in order round the face"
     return None
@@ -154,12 +158,12 @@ def _flaw_of_edges(body: Polyhedron) -> tuple[str, str] | None:
     return None
 
 
-def is_convex(body: Polyhedron) -> bool:
-    """Return whether no corner lies in front of any face, but for FLAT."""
+def is_convex(body: Polyhedron, off: float = 0.0) -> bool:
+    """Return whether no corner lies in front of any face, by more than `off` m and FLAT."""
     normal = face_normals(body)
     offset = np.array([body.vertices[face[0]] for face in body.faces])
     height = normal @ body.vertices.T - np.einsum("fi,fi->f", normal, offset)[:, None]
-    return bool((height <= FLAT * body.size).all())
+    return bool((height <= max(off, FLAT * body.size)).all())
 
 
 def distance_to(body: Polyhedron, point: FloatArray) -> float:

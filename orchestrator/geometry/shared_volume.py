@@ -18,18 +18,18 @@ THINNEST_VOLUME = 1e-7
 """Part of the bodies' size: an intersection whose largest inscribed ball is smaller has no volume."""
 
 
-def common_volume(one: Polyhedron, other: Polyhedron) -> float:
-    """Return the volume in m3 that two bodies share."""
+def common_volume(one: Polyhedron, other: Polyhedron, thinnest: float = 0.0) -> float:
+    """Return the volume in m3 that two bodies share, without what is no thicker than `thinnest` m."""
     size = min(one.size, other.size)
     return sum(
-        sign * other_sign * _of_convex(np.vstack([piece, other_piece]), size)
-        for (sign, piece), (other_sign, other_piece) in product(_pieces(one), _pieces(other))
+        sign * other_sign * _of_convex(np.vstack([piece, other_piece]), size, thinnest)
+        for (sign, piece), (other_sign, other_piece) in product(_pieces(one, thinnest), _pieces(other, thinnest))
     )
 
 
-def _pieces(body: Polyhedron) -> list[tuple[float, FloatArray]]:
-    """Return signs and halfspaces (h, 4) (normal . x + offset <= 0) of convex pieces that add up to the body."""
-    if is_convex(body):
+def _pieces(body: Polyhedron, off: float) -> list[tuple[float, FloatArray]]:
+    """Return signs and halfspaces (h, 4) (normal . x + offset <= 0) of convex pieces that make a body, to `off` m."""
+    if is_convex(body, off):
         normal = face_normals(body)
         corner = np.array([body.vertices[face[0]] for face in body.faces])
         return [(1.0, np.column_stack([normal, -np.einsum("fi,fi->f", normal, corner)]))]
@@ -53,14 +53,15 @@ def _tetrahedron(corners: FloatArray) -> FloatArray:
     return np.array(rows)
 
 
-def _of_convex(halfspaces: FloatArray, size: float) -> float:
-    """Return the volume of the intersection of halfspaces, 0 where no ball of THINNEST_VOLUME size fits in."""
+def _of_convex(halfspaces: FloatArray, size: float, thinnest: float) -> float:
+    """Return the volume of the intersection of halfspaces, 0 where the largest ball that fits in has no larger diameter
+    than `thinnest`, or no radius of THINNEST_VOLUME size."""
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
     rows = np.column_stack([halfspaces[:, :3], np.ones(len(halfspaces))])
     ball = linprog([0, 0, 0, -1], A_ub=rows, b_ub=-halfspaces[:, 3], bounds=[(None, None)] * 3 + [(0, size)])
-    if not ball.success or ball.x[3] < THINNEST_VOLUME * size:
+    if not ball.success or ball.x[3] < max(THINNEST_VOLUME * size, thinnest / 2.0):
         return 0.0
     try:
         return float(ConvexHull(HalfspaceIntersection(halfspaces, ball.x[:3]).intersections).volume)

@@ -66,7 +66,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
         refuse_what_is_no_name(record.get("name", ""), "name")
         _refuse_what_only_plane_walls_take(record)
         sections = {name: settings_from(kind, record.get(name, {}), name) for name, kind in SECTIONS.items()}
-        wall = _wall(record.get("wall"), path)
+        wall = _wall(record.get("wall"), path, sections["contact"].gap)
     except CaseError as error:
         raise error.in_file(str(path)) from None
     name = record.get("name") or wall.name or path.stem
@@ -85,8 +85,8 @@ def _refuse_what_only_plane_walls_take(record: dict[str, Any]) -> None:
                 raise CaseError(f"{key}.{strength}", problem, "leave it out, or load the wall in its plane")
 
 
-def _wall(values: Any, path: Path) -> SpaceWall:
-    """Return the wall, checked, of a generator or of a block file with its replacements."""
+def _wall(values: Any, path: Path, gap: float) -> SpaceWall:
+    """Return the wall, checked to `gap`, of a generator or of a block file with its replacements."""
     if not isinstance(values, dict) or ("generator" in values) == ("blocks" in values):
         raise CaseError("wall", "needs a generator or a block file", 'write generator = "u" or blocks = "FILE.json"')
     keys = dict(values)
@@ -95,10 +95,10 @@ def _wall(values: Any, path: Path) -> SpaceWall:
     wall = _without_floors(keys, path)
     if "blocks" in values:
         with naming(path.parent / str(values["blocks"])):
-            check_wall(wall)
+            check_wall(wall, gap)
     if floors.floors or "generator" in values:
         wall = with_floors(wall, floors.floors)
-        check_wall(wall)
+        check_wall(wall, gap)
     return wall
 
 

@@ -6,9 +6,10 @@ friction holds it or drags it along. An L-shaped wall of stones of 0.2 m that wa
 of what it bears (tests/verification/test_drawn_in_space.py).
 
 The axes are up, and pairs at right angles to it and to each other that upright faces look along: those of the largest
-face, then those of the largest of the faces that are left. The corners of the faces that look along an axis lie at
-levels. Levels that follow each other within what faces may gape by are one, unless a chain of them gets twice as long:
-then nobody knows which are meant to be the same, and they stay.
+face, then those of the largest of the faces that are left. A face looks along an axis whose corners lie no farther
+apart along it than twice what faces may gape by; others slope, and stay. The corners of the faces that look along an
+axis lie at levels. Levels that follow each other within what faces may gape by are one, unless a chain of them gets
+twice as long: then nobody knows which are meant to be the same, and they stay. So does a block that would be none.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.geometry.polyhedra import area_vector, tangents_of, volume_of
-from orchestrator.space.wall import SpaceWall
+from orchestrator.geometry.polyhedra import area_vector, flaw_of, tangents_of, volume_of
+from orchestrator.space.wall import SpaceBlock, SpaceWall
 
 ALONG = 0.9995
-"""Cosine of the angle to an axis up to which a face looks along it: 1.8 degrees, far more than a gap lets it lean."""
+"""Cosine of the angle to an axis up to which a small face may look along it: 1.8 degrees."""
 SAME = 1e-9
 """Part of a block's size below which levels are the same, and corners stay as they are."""
 ROUNDINGS = 16.0
@@ -42,7 +44,8 @@ def aligned(wall: SpaceWall, gap: float) -> SpaceWall:
     drawn = np.concatenate([shape.vertices for shape in shapes])
     faces = [begins[k] + np.array(face) for k, shape in enumerate(shapes) for face in shape.faces]
     size, counts = np.cbrt([volume_of(shape) for shape in shapes]), np.diff(begins)
-    axes = list(axes_of(np.array([area_vector(drawn[face]) for face in faces]), wall.up))
+    most = 2.0 * gap * np.repeat(size, [len(shape.faces) for shape in shapes])
+    axes = list(axes_of(drawn, faces, most, wall.up))
     corners, sizes = drawn.copy(), np.repeat(size, counts)
     still = SAME * sizes + ROUNDINGS * np.spacing(np.abs(drawn).max())
     for _ in range(PASSES):
@@ -57,32 +60,56 @@ def aligned(wall: SpaceWall, gap: float) -> SpaceWall:
             break
     if (np.abs(corners - drawn).max(axis=1) <= still).all():
         return wall
-    moved = zip(wall.blocks, np.split(corners, begins[1:-1]), strict=True)
-    blocks = (replace(block, shape=replace(block.shape, vertices=read_only(own))) for block, own in moved)
-    return replace(wall, blocks=tuple(blocks))
+    moved = zip(wall.blocks, size, np.split(corners, begins[1:-1]), strict=True)
+    return replace(wall, blocks=tuple(_with_corners(block, own, gap * length) for block, length, own in moved))
 
 
-def axes_of(areas: FloatArray, up: FloatArray) -> Iterator[tuple[FloatArray, IntArray]]:
+def moved_by(one: SpaceWall, other: SpaceWall) -> FloatArray:
+    """Return how far a corner of each block (n,) of one wall lies from that of the other at most, m."""
+    both = zip(one.blocks, other.blocks, strict=True)
+    return np.array([np.linalg.norm(a.shape.vertices - b.shape.vertices, axis=1).max() for a, b in both])
+
+
+def _with_corners(block: SpaceBlock, corners: FloatArray, off: float) -> SpaceBlock:
+    """Return a block with other corners (v, 3), as it is where its faces (by `off` m) or its body are none then."""
+    shape = replace(block.shape, vertices=read_only(corners))
+    return block if flaw_of(shape, off) else replace(block, shape=shape)
+
+
+def axes_of(
+    corners: FloatArray, faces: list[IntArray], most: FloatArray, up: FloatArray
+) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield the axes (3,) of a wall, each with the faces that look along it.
 
-    areas (f, 3): of the faces, times their unit normals.
+    faces: corner numbers of each; most (f,): how far apart along an axis the corners of a face that looks along it may
+    lie, m.
     """
+    areas = np.array([area_vector(corners[face]) for face in faces])
     frame, size = tangents_of(up), np.linalg.norm(areas, axis=1)
-    rises = np.abs(areas @ up)
-    if len(level := np.flatnonzero(rises >= ALONG * size)):
+    numbers, starts = np.concatenate(faces), np.cumsum([0, *map(len, faces)])[:-1]
+
+    def looks_along(axis: FloatArray) -> npt.NDArray[np.bool_]:
+        levels = (corners @ axis)[numbers]
+        apart = np.maximum.reduceat(levels, starts) - np.minimum.reduceat(levels, starts)
+        return (np.abs(areas @ axis) >= ALONG * size) & (apart <= most)
+
+    if len(level := np.flatnonzero(looks_along(up))):
         yield up, level
     flat = areas @ frame.T @ np.array([1.0, 1j])
-    left = rises**2 <= (1.0 - ALONG**2) * size**2
+    left = (areas @ up) ** 2 <= (1.0 - ALONG**2) * size**2
+
+    def pair(angle: float) -> list[FloatArray]:
+        return [np.cos(one) * frame[0] + np.sin(one) * frame[1] for one in (angle, angle + np.pi / 2.0)]
+
+    quarters = np.exp(4j * np.angle(flat))  # the same for all four directions of a pair of axes
     while left.any():
-        quarters = np.exp(4j * np.angle(flat))  # the same for all four directions of a pair of axes
-        seed = quarters[np.argmax(np.where(left, size, 0.0))]
-        near = left & (np.cos(np.angle(quarters / seed) / 4.0) >= ALONG)
-        angle = np.angle((size * quarters)[near].sum()) / 4.0
-        for turned in (angle, angle + np.pi / 2.0):
-            axis = np.cos(turned) * frame[0] + np.sin(turned) * frame[1]
-            looking = np.flatnonzero(near & (np.abs(areas @ axis) >= 0.5 * size))
-            if len(looking):
-                yield axis, looking
+        seed = int(np.argmax(np.where(left, size, 0.0)))
+        near = left & np.logical_or(*map(looks_along, pair(np.angle(quarters[seed]) / 4.0)))
+        if near.any():
+            for axis in pair(np.angle((size * quarters)[near].sum()) / 4.0):
+                if len(looking := np.flatnonzero(near & looks_along(axis))):
+                    yield axis, looking
+        near[seed] = True
         left &= ~near
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from time import perf_counter, thread_time
+from time import perf_counter
 from typing import Annotated
 
 import numpy as np
@@ -37,6 +37,7 @@ from orchestrator.space.resistance import UnresistedError, associative_optimum, 
 from orchestrator.space.springs import joint_stiffness, springs_of
 from orchestrator.space.states import SpaceState, state_of
 from orchestrator.space.validation import LIMITS
+from orchestrator.space.work import Work, factorisations_in
 
 Report = Callable[[str], None]
 BRACKET = 0.01
@@ -49,9 +50,10 @@ SMALL_BLOCKS = 100
 """Larger walls have the path of smoothed contact (central_path.py) in place of a push with equal springs, which creeps
 on tall walls, and of the dilation shift, which settles at 52 to 68 blocks and not at 174."""
 SECOND_PUSH = 8.0
-"""Times the first push, and at least as many seconds, that the second one, which creeps on tall walls, may take."""
+"""Times the work of the first push, and at least of as many seconds, that the second one may take: it creeps on tall
+walls."""
 SHARES = (0.35, 0.6, 0.9, 0.95)
-"""Parts of the time after which the first push, the second or the path, descents and shift, and the last descent end at
+"""Parts of the work after which the first push, the second or the path, descents and shift, and the last descent end at
 the latest."""
 DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
@@ -76,7 +78,8 @@ class SpaceLimitSettings(Checked):
     states: States = "range"
     """what is looked for without dilation: headline and range, the headline only, or nothing"""
     time: Annotated[float, Gt(0), Unit("s")] = 100.0
-    """processor time for the search without dilation; what it has found by then is reported"""
+    """processor time for the search without dilation, about: counted by its factorisations, so that the answer is the
+    same on every machine; what it has found by then is reported"""
 
 
 def analyse(
@@ -142,7 +145,7 @@ def analyse(
 
 
 class _Search:
-    """The search for states without dilation, within a time of this thread's own: other work beside changes nothing."""
+    """The search for states without dilation, for as many factorisations as a time stands for."""
 
     def __init__(
         self,
@@ -156,14 +159,17 @@ class _Search:
     ) -> None:
         self._assemblage, self._loads, self._equilibrium = assemblage, loads, equilibrium
         self._gravity, self._associative, self._report = gravity, associative, report
-        self._started, self._seconds = thread_time(), seconds
+        self._second = factorisations_in(1.0, len(equilibrium.friction))
+        self._work, self._most = Work(), seconds * self._second
         self._small = len(equilibrium.free_blocks) <= SMALL_BLOCKS
         self._starts: list[tuple[str, FloatArray]] = []
         self._flow = np.inf
         self.is_held = False
 
-    def _until(self, share: float) -> float:
-        return self._started + share * self._seconds
+    def _until(self, share: float) -> Work:
+        """Return the work, which may go on up to a share of all."""
+        self._work.until = share * self._most
+        return self._work
 
     def pushes(self) -> list[SpaceState]:
         """Return the ends of the first push and, on small walls, of that with equal springs, whatever they ended as.
@@ -178,9 +184,10 @@ class _Search:
         ends = [self._of_push(PUSHES[0], first)]
         self._starts = [("elastic joints", first.slip)]
         self._flow = first.flow
-        in_time = thread_time() < self._until(0.8 * SHARES[0])  # else time is better spent on closing what it came to
-        if self._small and in_time:
-            second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
+        is_quick = self._until(0.8 * SHARES[0]).left > 0  # else work is better spent on closing what it came to
+        if self._small and is_quick:
+            most = SECOND_PUSH * max(first.factorisations, self._second)
+            second = self._push(PUSHES[1], 0.0, SHARES[1], most)
             ends.append(self._of_push(PUSHES[1], second))
             self._starts.append(("equal springs", second.slip))
         return ends
@@ -193,9 +200,9 @@ class _Search:
         if not self._small:
             return
         self._report("dilation shift")
-        until = self._until(SHARES[2])
-        shifted = descent.settled(descent.dilation_shift(self._equilibrium, until), SHIFTS, until)
-        if shifted is not None and thread_time() < self._until(SHARES[3]):
+        work = self._until(SHARES[2])
+        shifted = descent.settled(descent.dilation_shift(self._equilibrium, work), SHIFTS, work)
+        if shifted is not None and self._until(SHARES[3]).left > 0:
             yield from self._closed("dilation shift", shifted.solution.slip, self._until(SHARES[3]))
 
     def _smoothed(self, flow: float, associative: ConicSolution) -> list[tuple[str, FloatArray]]:
@@ -203,25 +210,26 @@ class _Search:
         a push with this flow error, or the push has found one."""
         stiffness = joint_stiffness(self._assemblage, 0.0)
         springs = springs_of(self._assemblage, self._equilibrium, stiffness)
-        until = self._until(SHARES[1])
         try:
-            end = follow(springs, self._equilibrium, associative, until, self._report)
+            end = follow(springs, self._equilibrium, associative, self._until(SHARES[1]), self._report)
         except ConvergenceError:
             return []
         return [(STAGE, end.slip)] if end.left < max(flow, LIMITS["flow"]) else []
 
     def _push(self, name: str, power: float, share: float, most: float = np.inf) -> Push:
         stiffness = joint_stiffness(self._assemblage, power)
-        budget = min(max(self._until(share) - thread_time(), 1.0), most)
+        work = self._until(share)
+        work.until = work.done + min(max(work.left, self._second), most)
         wall = (self._assemblage, self._equilibrium, self._gravity)
-        return push(*wall, stiffness, budget, lambda text: self._report(f"{name}: {text}"))
+        return push(*wall, stiffness, work, lambda text: self._report(f"{name}: {text}"))
 
     def _of_push(self, name: str, pushed: Push) -> SpaceState:
         state = self._state(name, pushed, pushed.velocities)
         if pushed.converged:
             return state
         self.is_held |= self._applied(pushed.load_multiplier) >= HELD_BY
-        why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
+        spent = f"not at rest after {pushed.factorisations} factorisations"
+        why = f"{spent}: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
         return replace(state, error=why, nearly=state.nearly or state.valid)
 
     def _state(self, name: str, solution: ConicSolution | Push, velocities: FloatArray) -> SpaceState:
@@ -238,15 +246,15 @@ class _Search:
         """Return the live load at a multiplier, mean block weights."""
         return multiplier * self._equilibrium.live_total / self._equilibrium.weight_scale
 
-    def _closed(self, name: str, slip: FloatArray, until: float) -> Iterator[SpaceState]:
+    def _closed(self, name: str, slip: FloatArray, work: Work) -> Iterator[SpaceState]:
         """Yield the states of a descent from slips and the highest that goes with them."""
         self._report(f"descent from {name}")
-        for number, one in enumerate(descent.descent(self._equilibrium, slip, TURNS, until), 1):
+        for number, one in enumerate(descent.descent(self._equilibrium, slip, TURNS, work), 1):
             yield self._of_closed(f"descent from {name}, turn {number}", one)
-        if thread_time() > until:
+        if work.left <= 0:
             return
         try:
-            highest = descent.closed(self._equilibrium, slip, -descent.FACE_WEIGHT, until)
+            highest = descent.closed(self._equilibrium, slip, work, -descent.FACE_WEIGHT)
         except ConvergenceError:
             return
         yield self._of_closed(f"highest from {name}", highest)

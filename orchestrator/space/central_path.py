@@ -29,6 +29,7 @@ from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.interior_step import BALANCED, InteriorPoint, InteriorStep, Products
 from orchestrator.space.springs import Springs
 from orchestrator.space.validation import LIMITS
+from orchestrator.space.work import Work
 
 STAGE = "smoothed contact"
 PRODUCTS_LEFT = 0.5 * LIMITS["flow"]
@@ -81,23 +82,24 @@ def follow(
     springs: Springs,
     equilibrium: SpaceEquilibrium,
     associative: ConicSolution,
-    until: float,
+    work: Work,
     report: Callable[[str], None] = lambda _: None,
     enough: float = PRODUCTS_LEFT,
 ) -> PathEnd:
-    """Follow the path from large tau until the sum of products is at most `enough` of the live load's power,
-    thread_time() is `until`, or the path is lost. Raises ConvergenceError where its beginning is not found."""
+    """Follow the path from large tau until the sum of products is at most `enough` of the live load's power, no work is
+    left, or the path is lost. Raises ConvergenceError where its beginning is not found."""
     started = thread_time()
     count = len(springs.friction)
     step = InteriorStep(replace(springs, stiffness=np.full(count, np.inf)), np.zeros((count, 3)), 1.0)
-    curve, used = _begun(step, springs, equilibrium, associative)
+    begun = work.done
+    curve = _begun(step, springs, equilibrium, associative, work)
     turns, falling, rows = 0, True, 0
-    while thread_time() < until:
+    while work.left > 0:
         try:
             following = _followed(step, curve)
         except ConvergenceError:
             break
-        used, rows = used + 1, rows + 1
+        work.done, rows = work.done + 1, rows + 1
         if (following.log_tau < curve.log_tau) is not falling:
             turns, falling = turns + 1, not falling
         curve = following
@@ -106,13 +108,14 @@ def follow(
         if _left(step, curve) <= enough:
             break
     at = _centred(step, curve)
+    work.done += LAST_STEPS
     rates = springs.contacts.rates(at.displacements) / equilibrium.live_total
     return PathEnd(
         load_multiplier=_physical(at, equilibrium),
         forces=equilibrium.weight_scale * step.forces(at),
         slip=np.linalg.norm(rates[:, 1:], axis=1),
         left=_left(step, curve),
-        factorisations=used + LAST_STEPS,
+        factorisations=work.done - begun,
         turns=turns,
         seconds=thread_time() - started,
     )
@@ -127,9 +130,9 @@ def _left(step: InteriorStep, curve: _Curve) -> float:
 
 
 def _begun(
-    step: InteriorStep, springs: Springs, equilibrium: SpaceEquilibrium, associative: ConicSolution
-) -> tuple[_Curve, int]:
-    """Return a point on the curve at a large tau, and the factorisations it took."""
+    step: InteriorStep, springs: Springs, equilibrium: SpaceEquilibrium, associative: ConicSolution, work: Work
+) -> _Curve:
+    """Return a point on the curve at a large tau."""
     multiplier = associative.load_multiplier * equilibrium.live_total / equilibrium.weight_scale
     displacements = associative.velocities.ravel() / equilibrium.row_scale * equilibrium.live_total
     tau = FIRST_PRODUCT * max(abs(multiplier), 1e-3) / step.count
@@ -139,11 +142,12 @@ def _begun(
     flat = np.zeros((len(normal), 2))
     excess = np.where(step.tied, tau / step.room(normal), 0.0)
     at = InteriorPoint(multiplier, displacements, normal, flat, tau / normal, excess, tau / (step.mu * normal), flat)
-    for used in range(1, CENTRING + 1):
+    for _ in range(CENTRING):
+        work.done += 1
         way = step.linearised(at)(step.wanted(at, tau))
         at = at.moved(min(1.0, TANGENT_TO_BOUNDARY * step.length(at, way)), way)
         if _near(step, at, tau) and np.abs(step.unbalanced(at)).max() < BALANCED:
-            return _Curve(at, float(np.log(tau)), None, 1.0), used
+            return _Curve(at, float(np.log(tau)), None, 1.0)
     raise ConvergenceError(STAGE, f"no point of the path after {CENTRING} steps")
 
 

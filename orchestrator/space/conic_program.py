@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from time import thread_time
 
 import clarabel
 import numpy as np
@@ -23,6 +22,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis.paper.linear_program import is_optimum, not_solved, solver_settings
 from orchestrator.space.equilibrium import SpaceEquilibrium
+from orchestrator.space.work import Work
 
 TOLERANCE = 1e-9
 """On gap and feasibility. 1,037 blocks: 5.9 s to 1e-9, 4.1 s to 1e-6."""
@@ -56,22 +56,22 @@ def solve_associative(
     shift: FloatArray | None = None,
     live_weight: float = 1.0,
     tolerance: float = TOLERANCE,
-    seconds: float = np.inf,
+    work: Work | None = None,
 ) -> ConicSolution:
     """Maximise live_weight lambda - sum s N, with a shift s (p,) in m/s at unit live-load power (none: 0).
 
-    Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance or
-    takes more than so many seconds.
+    work: what is left of it bounds the iterations, which are added. Raises InfeasibleError, UnboundedError, or
+    ConvergenceError when the solver stops short of ACCEPTED tolerance.
     """
     objective = np.zeros(3 * len(equilibrium.friction))
     if shift is not None:
         objective[::3] = equilibrium.live_total * shift
     cones, rows, offset = _coulomb_cones(equilibrium)
-    return _solve(equilibrium, objective, live_weight, rows, offset, cones, tolerance, "limit analysis", seconds)
+    return _solve(equilibrium, objective, live_weight, rows, offset, cones, tolerance, "limit analysis", work)
 
 
 def solve_given_normals(
-    equilibrium: SpaceEquilibrium, normal: FloatArray, tolerance: float = TOLERANCE, seconds: float = np.inf
+    equilibrium: SpaceEquilibrium, normal: FloatArray, tolerance: float = TOLERANCE, work: Work | None = None
 ) -> ConicSolution:
     """Maximise lambda with friction mu N^ for given normal forces N^ (p,) in N: a mechanism without dilation."""
     radius = equilibrium.friction * np.maximum(normal, 0.0) / equilibrium.weight_scale
@@ -95,7 +95,7 @@ def solve_given_normals(
     _limit_ties(equilibrium, blocks, offsets, cones)
     rows, offset = sp.vstack(blocks, format="csc"), np.concatenate(offsets)
     rows.eliminate_zeros()
-    return _solve(equilibrium, np.zeros(3 * len(radius)), 1.0, rows, offset, cones, tolerance, "mechanism", seconds)
+    return _solve(equilibrium, np.zeros(3 * len(radius)), 1.0, rows, offset, cones, tolerance, "mechanism", work)
 
 
 def gravity_forces(equilibrium: SpaceEquilibrium, stiffness: FloatArray, tolerance: float = 1e-8) -> FloatArray:
@@ -172,7 +172,7 @@ def _solve(
     cones: Sequence[object],
     tolerance: float,
     stage: str,
-    seconds: float,
+    work: Work | None,
 ) -> ConicSolution:
     """Maximise live_weight lambda - objective . q under equilibrium and the cones."""
     scale, weight, live_total = equilibrium.row_scale, equilibrium.weight_scale, equilibrium.live_total
@@ -182,7 +182,7 @@ def _solve(
     b = np.concatenate([-scale * equilibrium.dead_load / weight, offset])
     q = np.append(objective, -live_weight)
     every = [clarabel.ZeroConeT(B.shape[0]), *cones]
-    solution = _solved(stage, sp.csc_matrix(2 * (A.shape[1],)), q, A, b, every, tolerance, seconds)
+    solution = _solved(stage, sp.csc_matrix(2 * (A.shape[1],)), q, A, b, every, tolerance, work)
     velocities = np.array(solution.z[: B.shape[0]]) * scale
     velocities = (velocities / (equilibrium.live_load @ velocities)).reshape(-1, 6)
     return ConicSolution(
@@ -204,21 +204,23 @@ def _solved(
     b: FloatArray,
     cones: Sequence[object],
     tolerance: float,
-    seconds: float = np.inf,
+    work: Work | None = None,
 ) -> clarabel.DefaultSolution:
     """Minimise x P x / 2 + objective . x, A x + slack = b, slack in cones; anything but an optimum raises.
 
     Where the solver loses its way it starts again with REGULARISATION: contact points much nearer to each other than a
     block is large need it (a knife edge on a wall), others take a third longer with it.
     """
-    until = thread_time() + seconds
     for regularisation in REGULARISATION:
         settings = solver_settings(tolerance)
-        settings.time_limit = max(until - thread_time(), 0.1)
+        if work is not None:
+            settings.max_iter = int(min(max(work.left, 1.0), settings.max_iter))
         settings.static_regularization_constant = regularisation
         solution = clarabel.DefaultSolver(P, objective, A, b, list(cones), settings).solve()
+        if work is not None:
+            work.done += solution.iterations
         if is_optimum(solution, stage):
             return solution
-        if solution.status == clarabel.SolverStatus.MaxTime:
+        if work is not None and work.left <= 0:
             break
     raise ConvergenceError(stage, not_solved("cone", solution.iterations))

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from time import thread_time
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from orchestrator.basis.errors import ConvergenceError
 from orchestrator.space.conic_program import TOLERANCE, ConicSolution, solve_associative, solve_given_normals
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.validation import LIMITS
+from orchestrator.space.work import Work
 
 DILATION_RELAXATION = 0.5
 """w of the dilation shift: with 1 a wall cycles."""
@@ -69,25 +69,25 @@ class Shifted:
     error: float
 
 
-def dilation_shift(equilibrium: SpaceEquilibrium, until: float = np.inf) -> Iterator[Shifted]:
-    """Yield the iterates of the dilation shift, for ever, from no slips. Raises ConvergenceError, also when
-    thread_time() is `until`."""
+def dilation_shift(equilibrium: SpaceEquilibrium, work: Work) -> Iterator[Shifted]:
+    """Yield the iterates of the dilation shift, for ever, from no slips. Raises ConvergenceError, also where no work is
+    left."""
     mu = equilibrium.friction
     shift = np.zeros_like(mu)
     while True:
-        solution = solve_associative(equilibrium, shift, seconds=until - thread_time())
+        solution = solve_associative(equilibrium, shift, work=work)
         dilation = mu * solution.slip - shift
         left = float(np.sum(solution.forces[:, 0] * np.abs(dilation)))
         yield Shifted(solution, left / max(abs(solution.load_multiplier), 1e-8))
         shift = shift + DILATION_RELAXATION * dilation
 
 
-def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | None:
-    """Return the first settled iterate, else the last of `most` or before thread_time() is `until`."""
+def settled(iterates: Iterator[Shifted], most: int, work: Work) -> Shifted | None:
+    """Return the first settled iterate, else the last of `most` or for which work was left."""
     last = None
     try:
         for number, last in enumerate(iterates, 1):
-            if last.error <= SETTLED or number >= most or thread_time() > until:
+            if last.error <= SETTLED or number >= most or work.left < 0:
                 break
     except ConvergenceError:
         return last
@@ -97,29 +97,27 @@ def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | N
 def closed(
     equilibrium: SpaceEquilibrium,
     slip: FloatArray,
+    work: Work,
     face_weight: float = FACE_WEIGHT,
-    until: float = np.inf,
     tolerance: float = TOLERANCE,
 ) -> Closed:
     """Return the lowest forces that go with slips (p,) in m/s and the mechanism that goes with them; the highest for a
     negative face weight. Raises ConvergenceError."""
-    shift, left = equilibrium.friction * slip, until - thread_time()
-    forces = solve_associative(equilibrium, shift, 1.0 - face_weight, tolerance, seconds=left)
-    left = until - thread_time()
-    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], tolerance, seconds=left))
+    forces = solve_associative(equilibrium, equilibrium.friction * slip, 1.0 - face_weight, tolerance, work)
+    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], tolerance, work))
 
 
-def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: float) -> Iterator[Closed]:
+def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, work: Work) -> Iterator[Closed]:
     """Yield states (some may not balance) with ever lower multipliers, beginning with slips (p,) in m/s, until a state
-    falls no more, what does not balance comes no nearer to it, so many turns have balanced, a program fails, or
-    thread_time() is `until`."""
+    falls no more, what does not balance comes no nearer to it, so many turns have balanced, a program fails, or no work
+    is left."""
     last, imbalance, balanced, farther, tolerance = np.inf, np.inf, 0, 1.0, ROUGH
-    while balanced < turns and thread_time() < until:
+    while balanced < turns and work.left > 0:
         try:
-            state = closed(equilibrium, slip, until=until, tolerance=tolerance)
+            state = closed(equilibrium, slip, work, tolerance=tolerance)
             if tolerance > TOLERANCE and state.imbalance <= PROGRAMS_AGREE + 100 * tolerance:
                 tolerance = TOLERANCE
-                state = closed(equilibrium, slip, until=until)
+                state = closed(equilibrium, slip, work)
         except ConvergenceError:
             return
         yield state

@@ -30,6 +30,7 @@ from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.interior_step import interior_step
 from orchestrator.space.springs import SpringForces, Springs, displaced, flow_error, springs_of
 from orchestrator.space.validation import LIMITS
+from orchestrator.space.work import Work
 
 FIRST_STEP = 1.0
 """h: mean displacement along the live load, times stiffness of a spring at mean depth over the mean block weight."""
@@ -98,38 +99,41 @@ def push(
     equilibrium: SpaceEquilibrium,
     gravity: FloatArray,
     stiffness: FloatArray,
-    budget: float = 60.0,
+    work: Work,
     report: Callable[[str], None] = lambda _: None,
 ) -> Push:
-    """Push a wall from its gravity forces (p, 3) in N until its forces stand still, or for `budget` seconds.
+    """Push a wall from its gravity forces (p, 3) in N until its forces stand still, or no work is left.
 
     Never raises: says in `converged` whether it has arrived.
     """
     started = thread_time()
     springs = springs_of(assemblage, equilibrium, stiffness)
+    begun = work.done
     rest, used = _newton(springs, gravity / equilibrium.weight_scale, 0.0, None, NEWTON_STEPS**2, NEWTON_BALANCE)
+    work.done += used
     h, failures, lost, flow = FIRST_STEP, 0, 0, np.inf
     last, velocities, path = rest, np.zeros_like(springs.dead), [0.0]
     blocks = len(equilibrium.free_blocks)
     leaping = blocks > LEAPING_BLOCKS
     most = LEAPS_LOST if leaping else FAILURES
-    while failures < most and last.multiplier < HELD_BY and thread_time() - started < budget:
+    while failures < most and last.multiplier < HELD_BY and work.left > 0:
         begin = replace(last, displacements=h * velocities)
         taken = _leap(springs, begin, h, flow) if leaping else _step(springs, begin, h, flow, 0.1 * BALANCE * blocks)
-        used += taken.factorisations
+        work.done += taken.factorisations
         if not taken.good and not leaping and (lost := lost + 1) > PATIENCE:
             taken = _leap(springs, begin, h, flow)
-            used += taken.factorisations
+            work.done += taken.factorisations
         if not taken.good:
             h, failures = 0.25 * h, failures + 1
             continue
         last, velocities, flow, failures = taken.pushed, taken.pushed.displacements / h, taken.flow, 0
         path.append(last.multiplier * equilibrium.weight_scale / equilibrium.live_total)
-        report(f"λ {path[-1]:.4f}, {used} factorisations, flow error {flow:.0e}")
+        report(f"λ {path[-1]:.4f}, {work.done - begun} factorisations, flow error {flow:.0e}")
         if flow <= FLOW and last.error <= BALANCE * blocks:
             break
         h *= taken.growth
-    return _unscaled(equilibrium, last.forces, velocities, flow, used, thread_time() - started, path)
+    spent = work.done - begun, thread_time() - started
+    return _unscaled(equilibrium, last.forces, velocities, flow, *spent, path)
 
 
 def settled(

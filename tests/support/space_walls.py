@@ -154,3 +154,49 @@ def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> 
         shape = box((-length, y0, top + 0.25 * h), (2 * length, y1, top + 5 * h))
         blocks.append(SpaceBlock(len(blocks), shape, fixed=True, friction=1e-8))
     return SpaceWall("wall between floors", tuple(blocks), stones.friction, read_only(UPRIGHT))
+
+
+def cut_by_planes(seed: int, cuts: int = 7) -> list[Polyhedron]:
+    """A block of 1.2 x 0.35 x 1.2 m on the ground in the parts that planes cut it into, each through the largest part,
+    level or upright but for a lean of 0.25 at random."""
+    chance, parts = np.random.default_rng(seed), [box((0.0, 0.0, 0.0), (1.2, 0.35, 1.2))]
+    for _ in range(cuts):
+        part = parts.pop(int(np.argmax([volume_of(one) for one in parts])))
+        extent = np.ptp(part.vertices, axis=0)
+        normal = np.eye(3)[0 if extent[0] > extent[2] else 2] + chance.uniform(-0.25, 0.25, 3)
+        parts += [behind(part, normal, level=normal @ part.vertices.mean(axis=0), side=side) for side in (1.0, -1.0)]
+    return parts
+
+
+def behind(body: Polyhedron, normal: np.ndarray, level: float, side: float) -> Polyhedron:
+    """The part of a convex body in which side (normal . x - level) <= 0."""
+    height, corners, faces = side * (body.vertices @ normal - level), list[np.ndarray](), list[tuple[int, ...]]()
+    numbers = dict[tuple[int, int], int]()
+
+    def number_of(one: int, other: int) -> int:
+        """The corner where the plane cuts an edge, or that of the body where both are one."""
+        key = (min(one, other), max(one, other))
+        if key not in numbers:
+            part = 0.0 if one == other else height[key[0]] / (height[key[0]] - height[key[1]])
+            corners.append((1.0 - part) * body.vertices[key[0]] + part * body.vertices[key[1]])
+            numbers[key] = len(corners) - 1
+        return numbers[key]
+
+    rim = dict[int, int]()
+    for face in body.faces:
+        ring, cut = [], dict[bool, int]()
+        for one, other in zip(face, (*face[1:], face[0]), strict=True):
+            if height[one] <= 0.0:
+                ring.append(number_of(one, one))
+            if (height[one] <= 0.0) is not (height[other] <= 0.0):
+                ring.append(number_of(one, other))
+                cut[bool(height[other] > 0.0)] = ring[-1]  # True: where the face leaves the part
+        if len(ring) > 2:
+            faces.append(tuple(ring))
+        if cut:
+            rim[cut[False]] = cut[True]
+    start = next(iter(rim))
+    lid = [start]
+    while (following := rim[lid[-1]]) != start:
+        lid.append(following)
+    return Polyhedron(read_only(corners), (*faces, tuple(lid)))

@@ -8,17 +8,23 @@ from itertools import permutations
 import numpy as np
 import pytest
 
+from orchestrator.app.space_commands import assemblage_of, doubtful_joints
+from orchestrator.app.space_intake import as_record
 from orchestrator.basis.arrays import read_only
-from orchestrator.geometry.polyhedra import flaw_of, prism, rotation
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import Polyhedron, flaw_of, prism, rotation
+from orchestrator.settings.space_case import read
 from orchestrator.space.alignment import aligned, common
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
-from orchestrator.space.contacts import find_joints
+from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.wall import SpaceWall
-from tests.support.space_walls import wall_of
+from orchestrator.storage.files import write_json
+from tests.support.space_walls import GROUND, cut_by_planes, wall_of
 
+LARGER = Stones(length=0.4, height=0.2, thickness=0.2)
 MIRROR = np.diag([-1.0, 1.0, 1.0])
 
 
@@ -42,8 +48,8 @@ def scattered(size: float, seed: int = 0):
     return lambda corners: corners + chance.uniform(-size, size, corners.shape)
 
 
-def headline_of(wall: SpaceWall, direction: np.ndarray) -> float:
-    assemblage = find_joints(wall)
+def headline_of(wall: SpaceWall, direction: np.ndarray, contact: FaceContactSettings | None = None) -> float:
+    assemblage = find_joints(wall, contact)
     loads = loads_on(assemblage.wall, SpaceLoadSettings(direction=tuple(direction)))
     headline = analyse(assemblage, loads, SpaceLimitSettings(states="headline")).headline
     assert headline is not None
@@ -112,3 +118,57 @@ def test_a_wall_far_from_the_origin_stays_as_it_is():
     """At 1e6 m the last digit is 1e-10 m, as much as stones of 0.1 m tell apart."""
     wall = l_wall(Plan(4, 2, 4), Stones()).moved(rotation((0.0, 0.0, 1.0), 0.4), np.array([1e6, 2e6, 0.0]))
     assert aligned(wall, 1e-3) is wall
+
+
+def test_a_block_file_is_checked_to_what_its_joints_allow(tmp_path):
+    """Faces with four corners, none of them plane, and blocks that go into each other by as much."""
+    wall, file = l_wall(Plan(4, 2, 8), Stones()), tmp_path / "wall.json"
+    for size in (1e-5, 2e-5, 5e-5):
+        write_json(file, as_record(drawn(wall, np.eye(3), scattered(size))))
+        assert find_joints(read(file).wall).joints.pairs == find_joints(wall).joints.pairs
+    write_json(file, as_record(drawn(wall, np.eye(3), scattered(2e-3))))
+    with pytest.raises(CaseError, match=r"is not plane, its corners lie .* mm off .*contact\.gap"):
+        read(file)
+
+
+def test_faces_that_slope_by_less_than_a_degree_stay_plane():
+    """Two stones, their joint 0.5 degrees off level: two of its corners lie 0.55 mm apart in height, two 0.73 mm."""
+    outline = np.array([[0.0, 0.0], [1.0, 0.0], [0.9, 0.35], [0.05, 0.35]])
+    ground, low, high = (
+        prism(outline, np.array([0.0, 0.0, level]), np.diag([1.0, 1.0, 0.6])) for level in (-0.6, 0.0, 0.6)
+    )
+    heights = outline @ [8.5e-3, 8.6e-4]
+
+    def leaning(body: Polyhedron, end: slice) -> Polyhedron:
+        vertices = body.vertices.copy()
+        vertices[end, 2] = 0.6 + heights
+        return replace(body, vertices=read_only(vertices))
+
+    wall = wall_of([ground, leaning(low, slice(4, 8)), leaning(high, slice(0, 4))], 0.5)
+    assert aligned(wall, 1e-3) is wall
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_walls_that_planes_cut_stay_bodies_and_bear_what_they_bear_as_drawn(seed):
+    """A block of 1.2 x 0.35 x 1.2 m cut by seven planes at random, some of them nearly level or upright."""
+    wall, away = wall_of([GROUND, *cut_by_planes(seed)], 0.6), SpaceLoadSettings(direction=(0.0, 1.0, 0.0))
+    bounds = []
+    for gap in (1e-3, 1e-6):
+        assemblage = find_joints(wall, FaceContactSettings(gap))
+        assert not any(flaw_of(block.shape) for block in assemblage.wall.blocks)
+        bounds.append(analyse(assemblage, loads_on(assemblage.wall, away), SpaceLimitSettings(states="none")).bound)
+    assert bounds[0] == pytest.approx(bounds[1], rel=1e-6)
+
+
+def test_a_drawing_less_exact_than_its_joints_is_told_with_the_gap_that_heals_it(tmp_path):
+    """An L of stones of 0.4 x 0.2 x 0.2 m that is turned and rounded to 1 mm loses 15 % of what it bears."""
+    wall, turn, away = l_wall(Plan(4, 2, 5), LARGER), rotation((0.0, 0.0, 1.0), 0.7), np.array([0.0, -1.0, 0.0])
+    file = tmp_path / "wall.json"
+    write_json(file, as_record(drawn(wall, turn, rounded(1e-3))))
+    case = read(file)
+    (said,) = (one for one in doubtful_joints(case, assemblage_of(case)) if "planes that they seem to have" in one)
+    assert said.endswith("contact.gap = 0.004 puts them there")
+    case = read(file, ["contact.gap=0.004"])
+    assert doubtful_joints(case, assemblage_of(case)) == []
+    meant = headline_of(wall, away)
+    assert headline_of(case.wall, turn @ away, case.contact) == pytest.approx(meant, rel=3e-3), "1 mm of 200"

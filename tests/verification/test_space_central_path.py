@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from time import thread_time
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.springs import joint_stiffness, springs_of
 from orchestrator.space.states import state_of
 from orchestrator.space.ties import Tie, with_ties
+from orchestrator.space.work import Work
 from tests.support.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of
 
 
@@ -28,7 +28,7 @@ def path_of(wall, direction="-y", ties=(), **settings):
     loads = loads_on(wall, SpaceLoadSettings(direction=direction))
     equilibrium = equilibrium_of(assemblage, loads)
     springs = springs_of(assemblage, equilibrium, joint_stiffness(assemblage))
-    end = follow(springs, equilibrium, solve_associative(equilibrium), np.inf, **settings)
+    end = follow(springs, equilibrium, solve_associative(equilibrium), Work(), **settings)
     return assemblage, loads, equilibrium, end
 
 
@@ -56,7 +56,7 @@ def test_the_path_leads_to_a_state_past_the_points_where_it_turns_back(plan, tur
     """The end of the path is closed to a state that the validator passes; 174 and 333 blocks."""
     assemblage, loads, equilibrium, end = path_of(u_wall(plan, Stones()))
     assert end.turns >= turns
-    found = closed(equilibrium, end.slip, 0.0)
+    found = closed(equilibrium, end.slip, Work(), 0.0)
     state = state_of("closed", assemblage, loads, found.forces, found.mechanism.velocities, "corners")
     assert state.valid, state.error
     assert state.load_multiplier == pytest.approx(end.load_multiplier, rel=2e-3)
@@ -75,8 +75,8 @@ def test_the_path_is_the_same_when_the_model_is_turned_mirrored_and_renumbered()
         assert end.load_multiplier == pytest.approx(expected, rel=2e-6)
 
 
-def test_a_path_that_is_given_no_time_says_how_far_it_is():
+def test_a_path_that_is_given_no_work_says_how_far_it_is():
     assemblage, _, equilibrium, end = path_of(u_wall(Plan(2, 1, 2), Stones()))
     springs = springs_of(assemblage, equilibrium, joint_stiffness(assemblage))
-    begun = follow(springs, equilibrium, solve_associative(equilibrium), thread_time())
+    begun = follow(springs, equilibrium, solve_associative(equilibrium), Work(until=0))
     assert begun.left > 1.0 > PRODUCTS_LEFT >= end.left

@@ -227,12 +227,16 @@ ON_PAGES = [
     "WARNING: 1 common area too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2)",
     "WARNING: no joint where blocks lie a little more than contact.gap apart: 1 | 2, 2 | 5",
     "corners lie up to 0.058 mm off planes that they have in common, and were put there (contact.gap)",
-    "WARNING: the push on elastic joints found no state (not at rest after 12 s: λ 0.1234, flow error 3e-01); that "
+    "WARNING: corners lie up to 0.61 mm off planes that they seem to have in common, more than contact.gap lets them "
+    "(0.25 mm): contact.gap = 0.004 puts them there",
+    "WARNING: the push on elastic joints found no state (not at rest after 1200 factorisations: λ 0.1234, "
+    "flow error 3e-01); that "
     "with equal springs did",
     "WARNING: loading had not come to rest at λ = (0.1500), and the wall may fail there: give limit_analysis.time more",
     "WARNING: the push on elastic joints found no state (flow 2.1e-05 > 1e-06); the headline is the state that its "
     "end was closed to",
-    "WARNING: no state without dilation found: the push on elastic joints found no state (not at rest after 1 s: "
+    "WARNING: no state without dilation found: the push on elastic joints found no state (not at rest "
+    "after 100 factorisations: "
     "λ 0.0303, flow error 1e+01); nearest to one: λ 0.0303, 1e+01 of its power out of balance; the associative "
     "multiplier is a bound",
     f"WARNING: {UNBOUNDED}",
@@ -240,9 +244,11 @@ ON_PAGES = [
     "they are no capacities",
     "λ = (0.11068) counts (descent from elastic joints, turn 10, a state but for 2e-05 of its power): base shear "
     "4.383 kN, a collapse state with friction that does not dilate; the associative 0.14202 is an upper bound.",
-    "WARNING: the push on elastic joints found no state (not at rest after 10 s: λ 0.1095, flow error 2e-02); the "
+    "WARNING: the push on elastic joints found no state (not at rest after 1000 factorisations: λ 0.1095, "
+    "flow error 2e-02); the "
     "headline is what is nearest to one",
-    "WARNING: the push on elastic joints found no state (not at rest after 10 s: λ 0.1095, flow error 2e-02); its "
+    "WARNING: the push on elastic joints found no state (not at rest after 1000 factorisations: λ 0.1095, "
+    "flow error 2e-02); its "
     "end is nearly one",
     "λ = 0.13333 counts (elastic joints): base shear 6.400 kN, a collapse state with friction that does not dilate; "
     "there is no upper bound, as joints whose sliding dilates would bear any load.",
