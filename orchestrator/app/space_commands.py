@@ -47,9 +47,11 @@ LISTED_JOINTS = 5
 """ignored joints that are named"""
 NOTHING_OF_GAP = 1e-3
 """part of the largest block's gap below which it is not told that corners were moved"""
-WIDER, CLEARLY = 4.0, 0.25
-"""times the gap with which corners of most blocks move by more than so many gaps where the drawing is less exact than
-the gap: all of an L wall turned and rounded to 1 mm (2.4 gaps), 4 of 19 of exact rubble with sloping faces"""
+WIDER = 4.0
+"""times the gap with which it is tried whether a drawing is less exact than that"""
+CLEARLY = 0.25
+"""gaps by which the corners of most blocks move then where it is: of an L wall turned and rounded to 1 mm all by 2.4 of
+them, of exact rubble with sloping faces 4 of 19"""
 
 
 def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
