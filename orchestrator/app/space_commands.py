@@ -34,7 +34,7 @@ from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.space.alignment import aligned, moved_by
 from orchestrator.space.analysis import analyse
-from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
+from orchestrator.space.contacts import LARGEST_GAP, SpaceAssemblage, find_joints, gaping
 from orchestrator.space.found import PUSHES, SpaceAnalysis
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import mechanism_of
@@ -50,8 +50,8 @@ NOTHING_OF_GAP = 1e-3
 WIDER = 4.0
 """times the gap with which it is tried whether a drawing is less exact than that"""
 CLEARLY = 0.25
-"""gaps by which the corners of most blocks move then where it is: of an L wall turned and rounded to 1 mm all by 2.4 of
-them, of exact rubble with sloping faces 4 of 19"""
+"""gaps by which corners of most blocks move then where it is (2.4 of them in an L wall turned and rounded to 1 mm), and
+do not with a gap that is wider still"""
 
 
 def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
@@ -61,8 +61,8 @@ def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
 
 
 def doubtful_joints(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
-    """Return warnings that list common areas too small to be a joint, blocks that lie a little too far apart, and how
-    far off a drawing is of which most corners lie at levels that are a little too far apart to be one."""
+    """Return warnings that list common areas too small to be a joint, blocks that lie a little too far apart, and that
+    a drawing is less exact than contact.gap."""
     said, small, apart = [], assemblage.ignored, gaping(assemblage, case.contact)
     if small:
         listed = _listed([f"{one.i} | {one.j} ({1e6 * one.area:.3g} mm2)" for one in small])
@@ -71,15 +71,24 @@ def doubtful_joints(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
     if apart:
         listed = _listed([f"{i} | {j}" for i, j in apart])
         said.append(f"WARNING: no joint where blocks lie a little more than contact.gap apart: {listed}")
-    wall = assemblage.wall
-    off, gaps = moved_by(wall, aligned(wall, WIDER * case.contact.gap)), _gaps(case)
-    if np.median(off / gaps) > CLEARLY:
-        said.append(
-            f"WARNING: corners lie up to {millimetres(off.max())} off planes that they seem to have in common, more "
-            f"than contact.gap lets them ({millimetres(float(np.median(gaps)))}): contact.gap = "
-            f"{WIDER * case.contact.gap:g} puts them there"
-        )
-    return said
+    return [*said, *inexact_words(case, assemblage)]
+
+
+def inexact_words(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
+    """Return how far off a drawing is of which most free blocks have corners off levels that a gap of WIDER makes one,
+    and a still wider one no others: levels of stones that are cut at all angles go on to merge."""
+    gap, wall = case.contact.gap, assemblage.wall
+    if wall is case.wall or WIDER * gap > LARGEST_GAP:
+        return []
+    free, gaps = ~wall.fixed, _gaps(case)
+    wider, widest = aligned(wall, WIDER * gap), aligned(wall, WIDER**2 * gap)
+    off, more = moved_by(wall, wider)[free], moved_by(wider, widest)[free]
+    if not np.median(more / gaps[free]) <= CLEARLY < np.median(off / gaps[free]):
+        return []
+    return [
+        f"WARNING: corners lie up to {millimetres(off.max())} off planes that they seem to have in common, and "
+        f"contact.gap = {gap:g} leaves them there: {WIDER * gap:g} puts them in"
+    ]
 
 
 def _gaps(case: SpaceCase) -> FloatArray:
@@ -115,14 +124,7 @@ def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         say(load_words(assemblage, loads))
-        try:
-            analysis = analyse(assemblage, loads, case.limit_analysis, _sparse(say))
-        except UnresistedError as error:
-            if as_json or not case.load.directions:
-                raise
-            say(f"load.direction: {error.problem}; {error.remedy}")
-            say(f"multiplier by direction: {_polar(case, assemblage, output, say)}")
-            return 0
+        analysis = analyse(assemblage, loads, case.limit_analysis, _sparse(say))
     if as_json:
         print(json.dumps(plain(record(analysis)), indent=1))
         return 0
@@ -301,7 +303,7 @@ def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Call
         np.array([getattr(one, name) for one in found]) for name in ("angle", "associative", "headline")
     )
     if known := [one for one in found if not math.isnan(one.headline)]:
-        say(f"least of {count} directions: {min(known, key=lambda one: one.headline)}")
+        say(f"least of those that have an answer: {min(known, key=lambda one: one.headline)}")
     stored = {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline}
     write_json(output / "directions.json", stored | {"gap": [one.gap.partition(",")[0] for one in found]})
     curves = {"associative": associative, "without dilation": headline}

@@ -12,7 +12,6 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.basis.printed import millimetres
 from orchestrator.geometry.rigid import cross
 
 FLAT = 1e-4
@@ -104,12 +103,13 @@ def tangents_of(normal: FloatArray) -> FloatArray:
     return np.array([first, np.cross(normal, first)])
 
 
-def flaw_of(body: Polyhedron, off: float = 0.0) -> tuple[str, str] | None:
+def flaw_of(body: Polyhedron, off: float = 0.0, looser: str = "") -> tuple[str, str] | None:
     """Return what is wrong with a body and what helps, or None for a closed one, oriented outwards, not crossing.
 
-    off: m by which corners of a face may lie off their plane, where that is more than FLAT of its size.
+    off: m by which corners of a face may lie off their plane, where that is more than FLAT of its size; looser: what
+    helps, too, where they lie farther off.
     """
-    flaw = _flaw_of_faces(body, max(off, FLAT * body.size)) or _flaw_of_edges(body)
+    flaw = _flaw_of_faces(body, max(off, FLAT * body.size), looser) or _flaw_of_edges(body)
     if flaw:
         return flaw
     volume = volume_of(body)
@@ -122,7 +122,7 @@ def flaw_of(body: Polyhedron, off: float = 0.0) -> tuple[str, str] | None:
     return None
 
 
-def _flaw_of_faces(body: Polyhedron, most: float) -> tuple[str, str] | None:
+def _flaw_of_faces(body: Polyhedron, most: float, looser: str) -> tuple[str, str] | None:
     """Return the flaw of the first face that is no polygon without crossings in a plane, to `most` m."""
     size = body.size
     for number, face in enumerate(body.faces):
@@ -135,9 +135,8 @@ def _flaw_of_faces(body: Polyhedron, most: float) -> tuple[str, str] | None:
             return f"face {number} has no area", "leave it out, or give corners that are not on one line"
         off = np.ptp(corners @ (normal / area))
         if off > most:
-            by = f"{millimetres(off)} off (at most {millimetres(most)})"
-            remedy = "split it into triangles, or give contact.gap what the drawing is off"
-            return f"face {number} is not plane, its corners lie {by}", remedy
+            by = f"{1e3 * off:.3g} mm off (at most {1e3 * most:.3g} mm)"
+            return f"face {number} is not plane, its corners lie {by}", f"split it into triangles{looser}"
         if len(face) > 3 and not shapely.Polygon(corners @ tangents_of(normal / area).T).is_valid:
             return f"face {number} crosses or touches itself", "list its corners once, in order round the face"
     return None

@@ -19,11 +19,13 @@ THINNEST_VOLUME = 1e-7
 
 
 def common_volume(one: Polyhedron, other: Polyhedron, thinnest: float = 0.0) -> float:
-    """Return the volume in m3 that two bodies share, without what is no thicker than `thinnest` m."""
-    size = min(one.size, other.size)
+    """Return the volume in m3 that two bodies share; of two that are convex, without what is no thicker than `thinnest`
+    m."""
+    size, pieces, other_pieces = min(one.size, other.size), _pieces(one, thinnest), _pieces(other, thinnest)
+    thinnest = thinnest if len(pieces) == len(other_pieces) == 1 else 0.0  # signs cancel between thin ones, too
     return sum(
         sign * other_sign * _of_convex(np.vstack([piece, other_piece]), size, thinnest)
-        for (sign, piece), (other_sign, other_piece) in product(_pieces(one, thinnest), _pieces(other, thinnest))
+        for (sign, piece), (other_sign, other_piece) in product(pieces, other_pieces)
     )
 
 

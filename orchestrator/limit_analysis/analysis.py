@@ -326,7 +326,7 @@ def others(
     ends, on_the_way = list[LimitState](), list[LimitState]()
     known = path is not None or sequence is not None
     if not known or len(problem.equilibrium.free_blocks) <= settings.search_blocks:
-        way = None if met is None else met.path
+        way = met.path if met is not None and part is met.part else None
         ends, on_the_way = states_around(part, slips, settings.search_slips if known else 0, way)
     states = reached(part, [*ends, *filter(None, [sequence])], forces)
     passed = closes = None

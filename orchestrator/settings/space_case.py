@@ -30,6 +30,8 @@ SECTIONS = {
     "reinforcement": TieSettings,
     "limit_analysis": SpaceLimitSettings,
 }
+LOOSER = ", or give contact.gap what the drawing is off"
+"""what helps, too, where bodies are no bodies or go into each other"""
 STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength")
 """of joints, which only plane walls have"""
 
@@ -95,10 +97,10 @@ def _wall(values: Any, path: Path, gap: float) -> SpaceWall:
     wall = _without_floors(keys, path)
     if "blocks" in values:
         with naming(path.parent / str(values["blocks"])):
-            check_wall(wall, gap)
+            check_wall(wall, gap, LOOSER)
     if floors.floors or "generator" in values:
         wall = with_floors(wall, floors.floors)
-        check_wall(wall, gap)
+        check_wall(wall, gap, LOOSER)
     return wall
 
 

@@ -18,7 +18,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.polyhedra import area_vector, flaw_of, tangents_of, volume_of
@@ -45,17 +44,18 @@ def aligned(wall: SpaceWall, gap: float) -> SpaceWall:
     faces = [begins[k] + np.array(face) for k, shape in enumerate(shapes) for face in shape.faces]
     size, counts = np.cbrt([volume_of(shape) for shape in shapes]), np.diff(begins)
     most = 2.0 * gap * np.repeat(size, [len(shape.faces) for shape in shapes])
-    axes = list(axes_of(drawn, faces, most, wall.up))
     corners, sizes = drawn.copy(), np.repeat(size, counts)
     still = SAME * sizes + ROUNDINGS * np.spacing(np.abs(drawn).max())
+    axes = list[tuple[FloatArray, IntArray, FloatArray]]()
+    for axis, looking in axes_of(drawn, faces, most, wall.up):
+        levels, there = drawn @ axis, np.unique(np.concatenate([faces[k] for k in looking]))
+        extent = np.maximum.reduceat(levels, begins[:-1]) - np.minimum.reduceat(levels, begins[:-1])
+        axes.append((axis, there, gap * np.minimum(sizes, np.repeat(extent, counts))[there]))
     for _ in range(PASSES):
         before = corners.copy()
-        for axis, looking in axes:
-            levels, there = corners @ axis, np.unique(np.concatenate([faces[k] for k in looking]))
-            extent = np.maximum.reduceat(levels, begins[:-1]) - np.minimum.reduceat(levels, begins[:-1])
-            apart = gap * np.minimum(sizes, np.repeat(extent, counts))
-            shift = common(levels[there], apart[there]) - levels[there]
-            corners[there] += shift[:, None] * axis
+        for axis, there, apart in axes:
+            levels = corners[there] @ axis
+            corners[there] += (common(levels, apart) - levels)[:, None] * axis
         if (np.abs(corners - before).max(axis=1) <= still).all():
             break
     if (np.abs(corners - drawn).max(axis=1) <= still).all():
@@ -86,31 +86,32 @@ def axes_of(
     """
     areas = np.array([area_vector(corners[face]) for face in faces])
     frame, size = tangents_of(up), np.linalg.norm(areas, axis=1)
-    numbers, starts = np.concatenate(faces), np.cumsum([0, *map(len, faces)])[:-1]
 
-    def looks_along(axis: FloatArray) -> npt.NDArray[np.bool_]:
-        levels = (corners @ axis)[numbers]
-        apart = np.maximum.reduceat(levels, starts) - np.minimum.reduceat(levels, starts)
-        return (np.abs(areas @ axis) >= ALONG * size) & (apart <= most)
+    def looking(axis: FloatArray, among: IntArray) -> IntArray:
+        leans = among[np.abs(areas[among] @ axis) >= ALONG * size[among]]
+        flat = [np.ptp(corners[faces[k]] @ axis) <= most[k] for k in leans]
+        return leans[np.array(flat, dtype=bool)]
 
-    if len(level := np.flatnonzero(looks_along(up))):
+    if len(level := looking(up, np.arange(len(faces)))):
         yield up, level
-    flat = areas @ frame.T @ np.array([1.0, 1j])
+    quarters = np.exp(4j * np.angle(areas @ frame.T @ np.array([1.0, 1j])))  # alike along all four axes of a pair
     left = (areas @ up) ** 2 <= (1.0 - ALONG**2) * size**2
 
-    def pair(angle: float) -> list[FloatArray]:
-        return [np.cos(one) * frame[0] + np.sin(one) * frame[1] for one in (angle, angle + np.pi / 2.0)]
+    def pair(turned: complex) -> list[FloatArray]:
+        angles = np.angle(turned) / 4.0 + np.array([0.0, np.pi / 2.0])
+        return [np.cos(angle) * frame[0] + np.sin(angle) * frame[1] for angle in angles]
 
-    quarters = np.exp(4j * np.angle(flat))  # the same for all four directions of a pair of axes
     while left.any():
-        seed = int(np.argmax(np.where(left, size, 0.0)))
-        near = left & np.logical_or(*map(looks_along, pair(np.angle(quarters[seed]) / 4.0)))
-        if near.any():
-            for axis in pair(np.angle((size * quarters)[near].sum()) / 4.0):
-                if len(looking := np.flatnonzero(near & looks_along(axis))):
-                    yield axis, looking
-        near[seed] = True
-        left &= ~near
+        seed = int(np.argmax(np.where(left, size, -1.0)))
+        own = pair(quarters[seed])
+        among = np.flatnonzero(left & (np.cos(np.angle(quarters / quarters[seed]) / 4.0) >= ALONG))
+        near = np.unique(np.concatenate([looking(axis, among) for axis in own]))
+        mean = pair((size[near] * quarters[near]).sum())
+        left[seed] = False
+        for axis in mean if any(seed in looking(axis, near) for axis in mean) else own:
+            if len(faces_there := looking(axis, near)):
+                left[faces_there] = False
+                yield axis, faces_there
 
 
 def common(levels: FloatArray, apart: FloatArray) -> FloatArray:

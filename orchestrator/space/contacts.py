@@ -35,6 +35,8 @@ corners that a drawing has a micrometre apart each would be a point with a sprin
 OUTLINE_GRID = 1e-9
 """Part of a face's size to which outlines are rounded before they are intersected: without, two faces that share an
 edge to rounding may come out as lying on each other (GEOS 3.13; a dome of 112 blocks had 6 joints too many)."""
+LARGEST_GAP = 0.1
+"""of what faces may gape by"""
 GAPING = 10.0
 """times contact.gap up to which faces that have no joint look as if they should"""
 NOTHING = 1e-9
@@ -45,7 +47,7 @@ NOTHING = 1e-9
 class FaceContactSettings(Checked):
     """How near faces must be to touch, and what is too small to be a joint; both relative to the stones."""
 
-    gap: Annotated[float, Gt(0), Le(0.1)] = 1e-3
+    gap: Annotated[float, Gt(0), Le(LARGEST_GAP)] = 1e-3
     """largest distance between two faces, as a part of the smaller block's size (cube root of its volume)"""
     smallest: Annotated[float, Gt(0), Le(0.5)] = 1e-3
     """smaller common areas, as a part of (volume of the smaller block)^(2/3), are no joint; they are listed"""

@@ -87,7 +87,7 @@ def settled(iterates: Iterator[Shifted], most: int, work: Work) -> Shifted | Non
     last = None
     try:
         for number, last in enumerate(iterates, 1):
-            if last.error <= SETTLED or number >= most or work.left < 0:
+            if last.error <= SETTLED or number >= most or work.left <= 0:
                 break
     except ConvergenceError:
         return last

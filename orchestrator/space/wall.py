@@ -15,8 +15,8 @@ from orchestrator.masonry.wall import LARGEST_COORDINATE, refuse_extreme
 
 SHARED_PART = 1e-4
 """Part of the smaller block's volume that two blocks may share: the rounding of a drawing."""
-DRAWN_OFF = "correct one of them, or give contact.gap what the drawing is off"
-"""what helps where blocks go into each other"""
+PLATE = 0.25
+"""Part of a block's least extent that another one may go into it at most, whatever the gap."""
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 """direction against gravity of walls in space"""
 
@@ -71,11 +71,11 @@ class SpaceWall:
         return np.array([block.unit_weight * volume_of(block.shape) for block in self.blocks])
 
 
-def check_wall(wall: SpaceWall, gap: float = 0.0) -> None:
+def check_wall(wall: SpaceWall, gap: float = 0.0, looser: str = "") -> None:
     """Raise CaseError for a wall that is not one: bodies, ids, supports, material, overlaps.
 
     gap: part of a block's size (cube root of its volume) by which corners may lie off the plane of their face, and
-    blocks in each other.
+    blocks in each other. looser: what helps, too, where that is not enough.
     """
     if not wall.blocks:
         raise CaseError("blocks", "there are none", "list the blocks, each with vertices and faces, and a support")
@@ -86,46 +86,47 @@ def check_wall(wall: SpaceWall, gap: float = 0.0) -> None:
         if block.id in seen:
             raise CaseError(key, "two blocks have this id", "give every block its own id")
         seen.add(block.id)
-        _check_block(block, key, gap)
+        _check_block(block, key, gap, looser)
     if not wall.fixed.any():
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if wall.fixed.all():
         raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
-    refuse_overlaps(wall, gap)
+    refuse_overlaps(wall, gap, looser)
 
 
-def _check_block(block: SpaceBlock, key: str, gap: float) -> None:
+def _check_block(block: SpaceBlock, key: str, gap: float, looser: str) -> None:
     vertices = block.shape.vertices
     if not np.isfinite(vertices).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
     if np.abs(vertices).max() > LARGEST_COORDINATE:
         problem = f"lies {np.abs(vertices).max():.3g} m from the origin, where numbers are too coarse for joints"
         raise CaseError(key, problem, "subtract a common offset from all coordinates, or check the unit of length")
-    if flaw := flaw_of(block.shape, gap * float(np.cbrt(abs(volume_of(block.shape))))):
+    if flaw := flaw_of(block.shape, gap * float(np.cbrt(abs(volume_of(block.shape)))), looser):
         raise CaseError(key, *flaw)
     for name, value in (("unit_weight", block.unit_weight), ("friction", block.friction)):
         if value is not None:
             refuse_extreme(f"{key}.{name}", value)
 
 
-def refuse_overlaps(wall: SpaceWall, gap: float = 0.0) -> None:
-    """Raise CaseError for two blocks that share more than SHARED_PART of the smaller one's volume, and go into each
-    other by more than `gap` of its size."""
+def refuse_overlaps(wall: SpaceWall, gap: float = 0.0, looser: str = "") -> None:
+    """Raise CaseError for two blocks that share more than SHARED_PART and `gap` of the smaller one's volume, and, where
+    both are convex, go into each other by more than `gap` of its size."""
     shapes = [block.shape for block in wall.blocks]
     low, high = np.array([s.vertices.min(axis=0) for s in shapes]), np.array([s.vertices.max(axis=0) for s in shapes])
     volume = np.array([volume_of(shape) for shape in shapes])
     normals = [face_normals(shape) for shape in shapes]
-    slack = 1e-6 * (high - low).max(axis=1)
+    slack, thickness = 1e-6 * (high - low).max(axis=1), (high - low).min(axis=1)
     for i, j in zip(*pairs_of_boxes(low + slack[:, None], high - slack[:, None]), strict=True):
-        thinnest = gap * float(np.cbrt(min(volume[i], volume[j])))
+        smaller = min(volume[i], volume[j])
+        thinnest = min(gap * float(np.cbrt(smaller)), PLATE * min(thickness[i], thickness[j]))
         if _apart(shapes[i], normals[i], shapes[j], thinnest) or _apart(shapes[j], normals[j], shapes[i], thinnest):
             continue
         common = common_volume(shapes[i], shapes[j], thinnest)
-        if common > SHARED_PART * min(volume[i], volume[j]):
+        if common > (SHARED_PART + gap) * smaller:
             one, other = wall.blocks[i], wall.blocks[j]
-            twice = common > 0.9 * min(volume[i], volume[j])
+            twice = common > 0.9 * smaller
             problem = f"overlaps block {other.id} by {common:.3g} m3"
-            remedy = "given twice? remove one of them" if twice else DRAWN_OFF
+            remedy = "given twice? remove one of them" if twice else f"correct one of them{looser}"
             raise CaseError(f"block {one.id}", problem, remedy)
 
 

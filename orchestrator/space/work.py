@@ -11,6 +11,8 @@ from math import inf
 SECONDS_A_POINT = 3e-6
 """Processor time of a factorisation for each contact point, about: 1.8e-6 to 4.4e-6 of Newton's method, of interior
 points and of cone programs, 532 to 6,200 points. From it the number of factorisations that a time stands for."""
+SECONDS_EACH = 2e-4
+"""What a factorisation of few points takes, about."""
 
 
 @dataclass(slots=True)
@@ -28,4 +30,4 @@ class Work:
 
 def factorisations_in(seconds: float, points: int) -> float:
     """Return how many factorisations of a wall with so many contact points a time stands for."""
-    return seconds / (SECONDS_A_POINT * points)
+    return seconds / (SECONDS_EACH + SECONDS_A_POINT * points)

@@ -192,12 +192,13 @@ def _far_short(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> lis
     if not (is_state and reached and pushed.peak_multiplier < (1.0 - FAR_SHORT) * least):
         return []
     peak, bears = printed("multiplier", pushed.peak_multiplier), printed("multiplier", least)
-    why = "friction may lead to another state, or elements are too long: compare with a quarter of mesh.size"
+    found = ""
     if limit.lowest is not None and limit.lowest <= pushed.peak_multiplier:
-        why = f"friction leads to another state, and such were found from {printed('multiplier', limit.lowest)} on"
+        found = f", as were found from {printed('multiplier', limit.lowest)} on"
     return [
         f"{pushed.model} FE: the peak {peak} is more than 10 % below {bears}, the least that every stone bears in "
-        f"limit analysis as loading meets it: {why}"
+        f"limit analysis as loading meets it: friction may lead to another state{found}, or elements are too long: "
+        "compare with a quarter of mesh.size"
     ]
 
 

@@ -156,7 +156,7 @@ def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> 
     return SpaceWall("wall between floors", tuple(blocks), stones.friction, read_only(UPRIGHT))
 
 
-def cut_by_planes(seed: int, cuts: int = 7) -> list[Polyhedron]:
+def cut_by_planes(seed: int, cuts: int) -> list[Polyhedron]:
     """A block of 1.2 x 0.35 x 1.2 m on the ground in the parts that planes cut it into, each through the largest part,
     level or upright but for a lean of 0.25 at random."""
     chance, parts = np.random.default_rng(seed), [box((0.0, 0.0, 0.0), (1.2, 0.35, 1.2))]

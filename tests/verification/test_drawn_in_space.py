@@ -20,7 +20,7 @@ from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.wall import SpaceWall
+from orchestrator.space.wall import SpaceWall, refuse_overlaps
 from orchestrator.storage.files import write_json
 from tests.support.space_walls import GROUND, cut_by_planes, wall_of
 
@@ -148,16 +148,16 @@ def test_faces_that_slope_by_less_than_a_degree_stay_plane():
     assert aligned(wall, 1e-3) is wall
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_walls_that_planes_cut_stay_bodies_and_bear_what_they_bear_as_drawn(seed):
-    """A block of 1.2 x 0.35 x 1.2 m cut by seven planes at random, some of them nearly level or upright."""
-    wall, away = wall_of([GROUND, *cut_by_planes(seed)], 0.6), SpaceLoadSettings(direction=(0.0, 1.0, 0.0))
+@pytest.mark.parametrize(("seed", "cuts"), [(0, 7), (4, 15), (5, 15), (4, 30)])
+def test_walls_that_planes_cut_stay_bodies_and_bear_what_they_bear_as_drawn(seed, cuts):
+    """A block of 1.2 x 0.35 x 1.2 m cut by planes at random, some of them nearly level or upright."""
+    wall, away = wall_of([GROUND, *cut_by_planes(seed, cuts)], 0.6), SpaceLoadSettings(direction=(0.0, 1.0, 0.0))
     bounds = []
     for gap in (1e-3, 1e-6):
         assemblage = find_joints(wall, FaceContactSettings(gap))
         assert not any(flaw_of(block.shape) for block in assemblage.wall.blocks)
         bounds.append(analyse(assemblage, loads_on(assemblage.wall, away), SpaceLimitSettings(states="none")).bound)
-    assert bounds[0] == pytest.approx(bounds[1], rel=1e-6)
+    assert bounds[0] == pytest.approx(bounds[1], rel=1e-3)
 
 
 def test_a_drawing_less_exact_than_its_joints_is_told_with_the_gap_that_heals_it(tmp_path):
@@ -167,8 +167,35 @@ def test_a_drawing_less_exact_than_its_joints_is_told_with_the_gap_that_heals_it
     write_json(file, as_record(drawn(wall, turn, rounded(1e-3))))
     case = read(file)
     (said,) = (one for one in doubtful_joints(case, assemblage_of(case)) if "planes that they seem to have" in one)
-    assert said.endswith("contact.gap = 0.004 puts them there")
+    assert said.endswith("contact.gap = 0.001 leaves them there: 0.004 puts them in")
     case = read(file, ["contact.gap=0.004"])
     assert doubtful_joints(case, assemblage_of(case)) == []
     meant = headline_of(wall, away)
     assert headline_of(case.wall, turn @ away, case.contact) == pytest.approx(meant, rel=3e-3), "1 mm of 200"
+
+
+def test_a_long_lintel_beside_stones_that_hardly_lean_keeps_its_two_faces():
+    """Stones of 0.2 m behind it are up to 0.08 degrees askew, within the gap of each, but not within that of 3 m."""
+    chance = np.random.default_rng(4)
+    lintel = prism(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 0.2], [0.0, 0.2]]), np.zeros(3), np.diag([1.0, 1.0, 0.3]))
+    shapes = [replace(lintel, vertices=read_only(scattered(4e-5)(lintel.vertices)))]
+    square = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.2], [0.0, 0.2]])
+    for row in range(1, 11):
+        for k in range(15):
+            turn = rotation((0.0, 0.0, 1.0), chance.uniform(5e-4, 1.4e-3))
+            stone = prism(square, np.zeros(3), np.diag([1.0, 1.0, 0.3]))
+            shapes.append(stone.moved(turn, np.array([0.2 * k, 0.01, 0.3 * row])))
+    front = aligned(wall_of(shapes, 0.5), 1e-3).blocks[0].shape.vertices[[0, 1, 4, 5]]
+    assert np.linalg.svd(front - front.mean(axis=0))[1][2] < 1e-9
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-2, 5e-2])
+def test_a_ring_and_its_core_that_only_touch_do_not_go_into_each_other(gap):
+    """A half ring of chords and the half disc in it: no convex body, and their parts cancel; given twice it does."""
+    angles = np.linspace(0.0, np.pi, 8)
+    arc = np.column_stack([np.cos(angles), np.sin(angles)])
+    ring = prism(np.vstack([1.3 * arc, arc[::-1]]), np.zeros(3), np.diag([1.0, 1.0, 0.4]))
+    core = prism(arc, np.zeros(3), np.diag([1.0, 1.0, 0.4]))
+    refuse_overlaps(wall_of([ring, core], 0.6), gap)
+    with pytest.raises(CaseError, match="given twice"):
+        refuse_overlaps(wall_of([ring, ring], 0.6), gap)

@@ -121,7 +121,8 @@ ON_PAGES = [
     "loading meets it: friction may lead to another state, or elements are too long: compare with a quarter of "
     "mesh.size",
     "micro FE: the peak 0.1778 is more than 10 % below 0.2241, the least that every stone bears in limit analysis as "
-    "loading meets it: friction leads to another state, and such were found from 0.1683 on",
+    "loading meets it: friction may lead to another state, as were found from 0.1683 on, or elements are too long: "
+    "compare with a quarter of mesh.size",
     "micro FE: the peak 1.4331 is more than 5 % above 1.3280, what every stone bears in limit analysis: friction may "
     "lead to another state, or elements are too long: compare with a quarter of mesh.size",
     "micro FE: the peak 0.2756 is more than 5 % above 0.1461, what every stone bears in limit analysis, with what has "
@@ -227,8 +228,8 @@ ON_PAGES = [
     "WARNING: 1 common area too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2)",
     "WARNING: no joint where blocks lie a little more than contact.gap apart: 1 | 2, 2 | 5",
     "corners lie up to 0.058 mm off planes that they have in common, and were put there (contact.gap)",
-    "WARNING: corners lie up to 0.61 mm off planes that they seem to have in common, more than contact.gap lets them "
-    "(0.25 mm): contact.gap = 0.004 puts them there",
+    "WARNING: corners lie up to 0.61 mm off planes that they seem to have in common, and contact.gap = 0.001 leaves "
+    "them there: 0.004 puts them in",
     "WARNING: the push on elastic joints found no state (not at rest after 1200 factorisations: λ 0.1234, "
     "flow error 3e-01); that "
     "with equal springs did",
