@@ -88,7 +88,7 @@ def wall_from(record: dict[str, Any], name: str) -> Wall:
     """Return the wall that a block file's content describes, `name` where it has none itself. Raises CaseError."""
     refuse_unknown(record, (*REQUIRED, *OPTIONAL, *INFORMATION), "")
     if record.get("blocks") == []:
-        raise CaseError("blocks", "there are none", "list the blocks, each with id and polygon")
+        raise CaseError("blocks", "there are none", "list the blocks, each with id and polygon, and a support")
     for key in REQUIRED:
         if key not in record:
             raise CaseError(key, "is missing", ALL_KEYS)
