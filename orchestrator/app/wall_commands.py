@@ -66,6 +66,8 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
             answers, pictures = _limit(case, output, console)
         for picture in pictures:
             console.print(f"mechanism: {picture}", soft_wrap=True)
+            if (lowest := picture.with_name("lowest.png")).is_file():
+                console.print(f"mechanism of the lowest state found: {lowest}", soft_wrap=True)
         if len(answers) > 1:
             console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True)
     return 0

@@ -38,6 +38,8 @@ from orchestrator.storage.stored_run import read_run
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
+FAR_LOWER = 0.05
+"""part by which the lowest state found lies below what counts where its mechanism is drawn, too"""
 CONTROL_COLUMNS = ("control_displacement_m", "base_shear_N")
 
 
@@ -71,7 +73,8 @@ def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
     """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
-    likewise the curve of rigid blocks, where there is one. Return the pictures of the mechanism."""
+    likewise the curve of rigid blocks, where there is one, and the mechanism of the lowest state, where that is
+    FAR_LOWER. Return the pictures of the mechanism."""
     storage.write_forces(figures.parent, assemblage, analysis.headline, case.reinforcement.ties)
     if storage.write_rigid_curve(figures.parent, analysis) is not None:
         plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
@@ -83,10 +86,17 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     live = load_words(case.load.distribution, analysis), weight
     state, ties = analysis.headline, case.reinforcement.ties
     height = height_of_live_load(assemblage.wall, case.load)
-    figure = plots.mechanism(
-        assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead, height=height
-    )
-    return plots.save(figure, figures, "mechanism", case.project.language)
+
+    def drawn(shown: LimitState, name: str) -> list[Path]:
+        figure = plots.mechanism(
+            assemblage, shown, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead, height=height
+        )
+        return plots.save(figure, figures, name, case.project.language)
+
+    lowest = analysis.lowest
+    if lowest is not None and lowest.load_multiplier < (1.0 - FAR_LOWER) * state.load_multiplier:
+        drawn(replace(lowest, flow_rule="unloaded"), "lowest")
+    return drawn(state, "mechanism")
 
 
 def write_settlement(

@@ -26,8 +26,8 @@ OF_A_MODEL = (
 )  # fmt: skip
 """all that a run writes into the folder of a model, but its increments"""
 PICTURES = (
-    "blocks", "checked", "mechanism", "macroblocks", "settlement", "rigid_pushover", "directions", "curves", "bilinear",
-    "verification", *(f"{model}_{moment}" for model in MODELS for moment in ("peak", "end")),
+    "blocks", "checked", "mechanism", "lowest", "macroblocks", "settlement", "rigid_pushover", "directions", "curves",
+    "bilinear", "verification", *(f"{model}_{moment}" for model in MODELS for moment in ("peak", "end")),
 )  # fmt: skip
 """all that commands draw into the figures of a run folder, as .png, most as .svg too"""
 RECORD = "results.json"
@@ -125,7 +125,8 @@ def _clear(folder: Path, given: Sequence[Path], *more: str) -> None:
 def remove_what_some_have(folder: Path) -> None:
     """Remove what a run of other settings that is gone on with has written, and this one may not write."""
     _remove_files(folder, ("tie_forces.csv", "rigid_pushover.csv"), ())
-    remove_picture(folder / "figures", "rigid_pushover")
+    for name in ("rigid_pushover", "lowest"):
+        remove_picture(folder / "figures", name)
 
 
 def remove_picture(figures: Path, name: str) -> None:

@@ -25,6 +25,15 @@ def test_limit_prints_the_multipliers_and_draws_the_mechanism(capsys, tmp_path):
         assert any("0.20000" in line for line in printed.splitlines() if rule in line), rule
 
 
+def test_limit_draws_the_lowest_state_too_where_it_bears_far_less(capsys, tmp_path):
+    assert cli.main(["limit", str(DATA / "rubble_46_stones.json"), "--output", str(tmp_path)]) == 0
+    picture = tmp_path / "figures" / "lowest.png"
+    assert picture.exists()
+    assert f"mechanism of the lowest state found: {picture}\n" in capsys.readouterr().out
+    assert cli.main(["limit", TOWER, "--output", str(tmp_path)]) == 0
+    assert not picture.exists(), "its mechanism is of another wall"
+
+
 def test_limit_lets_a_support_settle(capsys, tmp_path):
     """A tower on one support: it carries all its weight, also while it sinks."""
     assert cli.main(["limit", TOWER, "--settle", "0", "--output", str(tmp_path)]) == 0
