@@ -9,7 +9,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.geometry.polyhedra import Polyhedron, centroid_of, face_normals, flaw_of, volume_of
+from orchestrator.geometry.polyhedra import Polyhedron, centroid_of, face_normals, flaw_of, is_convex, volume_of
 from orchestrator.geometry.shared_volume import common_volume
 from orchestrator.masonry.wall import LARGEST_COORDINATE, refuse_extreme
 
@@ -109,8 +109,8 @@ def _check_block(block: SpaceBlock, key: str, gap: float, looser: str) -> None:
 
 
 def refuse_overlaps(wall: SpaceWall, gap: float = 0.0, looser: str = "") -> None:
-    """Raise CaseError for two blocks that share more than SHARED_PART and `gap` of the smaller one's volume, and, where
-    both are convex, go into each other by more than `gap` of its size."""
+    """Raise CaseError for two blocks that share more than SHARED_PART of the smaller one's volume, and go into each
+    other by more than `gap` of its size, or, where one is not convex, share `gap` of that volume more."""
     shapes = [block.shape for block in wall.blocks]
     low, high = np.array([s.vertices.min(axis=0) for s in shapes]), np.array([s.vertices.max(axis=0) for s in shapes])
     volume = np.array([volume_of(shape) for shape in shapes])
@@ -121,8 +121,9 @@ def refuse_overlaps(wall: SpaceWall, gap: float = 0.0, looser: str = "") -> None
         thinnest = min(gap * float(np.cbrt(smaller)), PLATE * min(thickness[i], thickness[j]))
         if _apart(shapes[i], normals[i], shapes[j], thinnest) or _apart(shapes[j], normals[j], shapes[i], thinnest):
             continue
+        convex = is_convex(shapes[i], thinnest) and is_convex(shapes[j], thinnest)
         common = common_volume(shapes[i], shapes[j], thinnest)
-        if common > (SHARED_PART + gap) * smaller:
+        if common > (SHARED_PART + (0.0 if convex else gap)) * smaller:
             one, other = wall.blocks[i], wall.blocks[j]
             twice = common > 0.9 * smaller
             problem = f"overlaps block {other.id} by {common:.3g} m3"

@@ -12,7 +12,7 @@ from orchestrator.app.space_commands import assemblage_of, doubtful_joints
 from orchestrator.app.space_intake import as_record
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.geometry.polyhedra import Polyhedron, flaw_of, prism, rotation
+from orchestrator.geometry.polyhedra import Polyhedron, box, flaw_of, prism, rotation
 from orchestrator.settings.space_case import read
 from orchestrator.space.alignment import aligned, common
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
@@ -187,6 +187,18 @@ def test_a_long_lintel_beside_stones_that_hardly_lean_keeps_its_two_faces():
             shapes.append(stone.moved(turn, np.array([0.2 * k, 0.01, 0.3 * row])))
     front = aligned(wall_of(shapes, 0.5), 1e-3).blocks[0].shape.vertices[[0, 1, 4, 5]]
     assert np.linalg.svd(front - front.mean(axis=0))[1][2] < 1e-9
+
+
+def test_a_stone_that_goes_into_another_by_more_than_the_gap_is_told():
+    """Stones of 0.2 x 0.1 x 0.1 m that share an edge 4 mm deep, a thousandth of the volume of one."""
+    stone = box((0.0, 0.0, 0.0), (0.2, 0.1, 0.1))
+    for deep, is_told in ((4e-3, True), (1e-4, False)):
+        wall = wall_of([stone, stone.moved(np.eye(3), np.array([0.2 - deep, 0.0, 0.1 - deep]))], 0.6)
+        if is_told:
+            with pytest.raises(CaseError, match="block 0: overlaps block 1"):
+                refuse_overlaps(wall, 1e-3)
+        else:
+            refuse_overlaps(wall, 1e-3)
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-2, 5e-2])
