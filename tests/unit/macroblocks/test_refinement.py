@@ -178,9 +178,14 @@ def test_bodies_agree_down_to_what_is_left_as_stones_give_way_at_edges(wall_1):
     headline = analysis.headline.load_multiplier
     pressed = replace(analysis, pressed_peak=0.95 * headline)
     shares = (0.93, 0.945, 0.97, 1.005, 1.03)
-    assert [is_enough(pressed, MARGIN, bears(share)(headline), 2) for share in shares] == [False, *[True] * 3, False]
-    small = [replace(bears(0.97)(headline)[0], in_large=False)]
-    assert not is_enough(pressed, MARGIN, small, 2)
+    twice = [is_enough(pressed, MARGIN, bears(share, share)(headline), 4) for share in shares]
+    assert twice == [False, *[True] * 3, False]
+    assert not any(is_enough(pressed, MARGIN, bears(share)(headline), 2) for share in shares)  # wherever it is between
+    near = replace(analysis, pressed_peak=0.985 * headline)
+    once = [is_enough(near, MARGIN, bears(share)(headline), 2) for share in (0.97, 0.98, 0.99, 1.005, 1.03)]
+    assert once == [False, *[True] * 3, False]
+    small = [replace(one, in_large=False) for one in bears(0.97, 0.97)(headline)]
+    assert not is_enough(pressed, MARGIN, small, 4)
     assert (
         remarked(pressed, MARGIN, one_body(assemblage), bears(0.945)(headline), 2).remarks
         == one_body(assemblage).remarks
