@@ -52,6 +52,8 @@ DOUBTS = re.compile("WARNING|UNUSUAL")
 """words in the remarks that come first"""
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
+MISREAD = "check that the drawing stands upright, and its supports (--ground)"
+"""what to do about such a wall"""
 LISTED_BLOCKS = 20
 """blocks that a remark names"""
 PIXELS_HEALED = 1.5
@@ -170,7 +172,8 @@ def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
             return wall, None, [] if len(apart) else [_hanging(wall, falling)]
         if len({*dropped, *stuck, *ids}) > MOST_LOOSE * len(wall.blocks) or {*ids} <= {*stuck}:
             problem = f"{len({*dropped, *stuck, *ids})} blocks of {len(before.blocks)} fall: not single loose stones"
-            raise CaseError("--loose", problem, "check friction, --ground and --tolerance, or try --loose drop")
+            instead = ", or try --loose drop" if how == "glue" else ""
+            raise CaseError("--loose", problem, f"{MISREAD}, friction and --tolerance{instead}")
         if how == "drop" or len(apart):
             dropped += ids
             wall = _left_out(wall, falling)
@@ -189,9 +192,11 @@ def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
 def _hanging(wall: Wall, falling: IntArray) -> str:
     ids = [wall.blocks[k].id for k in falling]
     x, y = wall.blocks[falling[0]].polygon.mean(axis=0)
+    remedy = "--loose drop leaves them out, --loose glue unites them with a neighbour"
+    remedy = MISREAD if len(ids) > MOST_LOOSE * len(wall.blocks) else remedy
     return (
         f"WARNING: {_stones(ids)} would fall out of dry joints, block {ids[0]} at {as_place(x, y)} m first: "
-        f"{_listed(ids)}; --loose drop leaves them out, --loose glue unites them with a neighbour"
+        f"{_listed(ids)}; {remedy}"
     )
 
 

@@ -33,6 +33,9 @@ LISTED_ENDS = 5
 """open ends of lines that a remark names"""
 NEARLY = 0.1
 """part of its size up to which a polyline that ends so close to where it begins was meant to be closed"""
+BENT = 0.7
+"""distance between the ends of a polyline over its length up to which it may be an outline that was left open; steps
+have 0.71"""
 TRIED = 4
 """larger tolerances that are tried on lines that stay open"""
 OnLayer = tuple[str, FloatArray]
@@ -118,6 +121,7 @@ def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnL
     paths = [path for _, path in lines]
     network = _network(paths, tolerance)
     along = _layers_along(network.outlines, lines, tolerance)
+    said += _said_left_open(role, paths) if network.rest and not nearly else []
     said += _said(network, paths, [outline for _, outline in named], role)
     return [*named, *zip(along, network.outlines, strict=True)], said, network.within
 
@@ -131,6 +135,21 @@ def _said_open(role: str, nearly: list[tuple[float, FloatArray]]) -> Iterator[st
             f"{role}: WARNING: {many} up to {millimetres(widest)} from the beginning, the first at {as_place(x, y)} "
             f'm: close what is open, or import the file with --tolerance "{rounded_up(1e3 * widest):g} mm"'
         )
+
+
+def _said_left_open(role: str, paths: list[FloatArray]) -> Iterator[str]:
+    """Yield a warning about polylines (n, 2) that bend like outlines of which the last side is missing."""
+    bent = [
+        path
+        for path in paths
+        if len(path) > 3 and np.linalg.norm(path[0] - path[-1]) < BENT * shapely.LineString(path).length
+    ]
+    if bent:
+        x, y = bent[0][0]
+        several = len(bent) > 1
+        many = f"{len(bent)} polylines are open, the first" if several else "1 polyline is open, it begins"
+        close = "if they are outlines, close them" if several else "if it is an outline, close it"
+        yield f"{role}: WARNING: {many} at {as_place(x, y)} m: {close} (Close in CAD, Z in an SVG path)"
 
 
 def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: float) -> list[str]:

@@ -36,6 +36,7 @@ from orchestrator.masonry.wall import (
     check_wall,
     doubted_size,
     refuse_overlaps,
+    shapes,
     size_of,
 )
 
@@ -188,6 +189,8 @@ def _tolerance_that_closes(
     drawn: Wall, within: float, has_mortar: bool, known_error: float, curved: bool
 ) -> float | None:
     """Return a larger tolerance (m) with which the drawing is a wall, the first without warnings if any is; or None."""
+    if not shapely.is_valid(shapes(drawn)).all():  # no overlap of an outline that crosses itself is known
+        return None
     closing = None
     for wider in (within * factor for factor in WIDER if within * factor <= LARGEST_TOLERANCE):
         try:

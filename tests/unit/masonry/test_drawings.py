@@ -107,6 +107,10 @@ def test_an_open_polyline_that_ends_on_a_closed_stone_is_told_to_be_closed(tmp_p
     found, remarks = read(tmp_path / "open.dxf")
     assert found == 1
     assert remarks[0] == (
+        "blocks: WARNING: 1 polyline is open, it begins at (0.5, 0) m: if it is an outline, close it "
+        "(Close in CAD, Z in an SVG path)"
+    )
+    assert remarks[1] == (
         "blocks: WARNING: 1 line closes no outline; 2 open ends at (0.5, 0), (0.5, 0.3) m, 0 mm from the nearest line; "
         "there is a closed outline, whose sides bound no other: draw on along it until closed"
     )

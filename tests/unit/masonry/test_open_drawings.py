@@ -1,0 +1,76 @@
+"""Drawings whose outlines were left open, and drawings that stand on their heads: what is said of them."""
+
+from __future__ import annotations
+
+import ezdxf
+import numpy as np
+import pytest
+
+from orchestrator.app.intake import import_wall
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.sources.drawing import HealingSettings, closed
+from orchestrator.masonry.wall import Block, Wall
+from tests.support.drawings import MILLIMETRES
+from tests.support.walls import between
+
+MATERIAL = {"thickness": "0.5 m", "unit_weight": "20 kN/m3", "friction": "0.7"}
+BOXES = [between(400 * c, 200 * r, 400 * c + 400, 200 * r + 200) for r in range(3) for c in range(4)]
+
+
+def saved(path, outlines, ground, close):
+    """Draw outlines (mm) on the layer of the blocks, the ground closed on that of the supports."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    for outline in outlines:
+        space.add_lwpolyline(outline, close=close, dxfattribs={"layer": "blocks"})
+    space.add_lwpolyline(ground, close=True, dxfattribs={"layer": "supports"})
+    document.saveas(path)
+    return path
+
+
+def said_of(path, **options):
+    """Return the remarks on a drawing that is read, or what it is refused with."""
+    try:
+        return "; ".join(import_wall(path, MATERIAL | options).remarks)
+    except CaseError as refused:
+        return str(refused)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_outlines_that_were_left_open_are_told_to_be_closed(tmp_path, seed):
+    """Its lines miss each other by fractions of a millimetre."""
+    errors = np.random.default_rng(seed).uniform(-0.5, 0.5, (12, 4, 2))
+    ground = between(-100, -200, 1700, 0)
+    assert "polylines are open, the first at" in said_of(
+        saved(tmp_path / "open.dxf", np.array(BOXES) + errors, ground, close=False)
+    )
+
+
+def test_lines_that_bend_are_no_outlines_left_open(tmp_path):
+    """A bed joint in steps, beside stones that are closed, and a line that ends in a stone."""
+    steps = [(0, 600), (400, 600), (400, 650), (800, 650), (800, 700), (1600, 700)]
+    said = said_of(saved(tmp_path / "steps.dxf", [*BOXES[:4], steps], between(-100, -200, 1700, 0), close=False))
+    assert "5 polylines" not in said
+
+
+def test_of_an_outline_that_crosses_itself_no_overlap_is_looked_for():
+    """GEOS has no common area of it and the stone beside it: there was a traceback."""
+    random = np.random.default_rng(0)
+    crosses = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, -1e-4 * random.random()), (0.0, 1.0)]
+    beside = np.array([(0.5, -0.5), (1.5, -0.5), (1.5, 0.5), (0.5, 0.5)]) + random.uniform(-0.3, 0.3, (4, 2))
+    stones = [Block(k + 1, np.array(outline), k == 1, 20e3) for k, outline in enumerate((crosses, beside))]
+    with pytest.raises(CaseError, match=r"its polygon crosses or touches itself at \(0\.5"):
+        closed(Wall("", tuple(stones), 0.5, 0.7), HealingSettings())
+
+
+@pytest.mark.parametrize("turn", [(1.0, -1.0), (-1.0, 1.0)])
+def test_a_wall_on_its_head_is_not_taken_for_loose_stones(tmp_path, turn):
+    """As drawn with y downwards; or a mirror image, which stands."""
+    outlines = [np.array(box) * turn for box in BOXES]
+    path = saved(tmp_path / "turned.dxf", outlines, np.array(between(-100, -200, 1700, 0)) * turn, close=True)
+    stands = turn[1] > 0.0
+    assert ("check that the drawing stands upright" in said_of(path)) is not stands
+    dropped = said_of(path, loose="drop")
+    assert ("check that the drawing stands upright" in dropped) is not stands
+    assert "try --loose drop" not in dropped
