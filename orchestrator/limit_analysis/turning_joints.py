@@ -33,6 +33,8 @@ LEAST_MOVED = 1e-4
 """least over largest of the motions that are looked at where the wall was not pushed"""
 MOTIONS = 200
 """how many these are: 5 % from one to the next"""
+FAR_LESS = 0.05
+"""part of what rigid blocks bear from which on it is no longer the wall's, where edges take as much"""
 BY_ROUNDING = 1e-6
 """part by which joints that are alike may differ in what they take: all of them are left out, or none"""
 
@@ -53,19 +55,27 @@ def pressed_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> FloatA
 
 
 def left_at_hinges(assemblage: Assemblage, analysis: LimitAnalysis) -> float | None:
-    """Return the most that rigid blocks in large displacements bear less what joints take so, as a multiplier; None
-    where nothing says how far the wall moves (`_curve`), and of a curve that does not fall again."""
+    """Return the most that rigid blocks in large displacements bear less what joints take so, as a multiplier, 0 where
+    these take more; None where nothing says how far the wall moves (`_curve`), and of a curve that does not fall
+    again."""
     turning = _turning(assemblage, analysis)
-    return None if turning is None else turning[3]
+    return None if turning is None or turning[3] is None else max(turning[3], 0.0)
+
+
+def edges_take(analysis: LimitAnalysis, part: float) -> bool:
+    """Return whether stones that give way at edges leave less than rigid blocks bear by more than a part of it."""
+    left, state = analysis.pressed_peak, analysis.headline.load_multiplier
+    return left is not None and left < (1.0 - part) * min(state, analysis.rigid_peak or state)
 
 
 def edge_words(analysis: LimitAnalysis) -> Iterator[str]:
     """Yield about what is left as stones give way at edges, where rigid blocks bear more by more than SAME_ANSWER."""
-    left, state = analysis.pressed_peak, analysis.headline.load_multiplier
-    if left is not None and left < (1.0 - SAME_ANSWER) * min(state, analysis.rigid_peak or state):
+    if analysis.pressed_peak is not None and edges_take(analysis, SAME_ANSWER):
+        warns = "WARNING: " if edges_take(analysis, FAR_LESS) else ""
+        left = f"about {as_lambda(analysis.pressed_peak)}" if analysis.pressed_peak else "nothing"
         yield (
-            f"stones give way at the edges that they turn about: about {as_lambda(left)} is left in large "
-            "displacements, finite elements tell (`run`)"
+            f"{warns}stones give way at the edges that they turn about: {left} is left in large displacements, "
+            "finite elements tell (`run`)"
         )
 
 

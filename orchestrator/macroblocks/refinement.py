@@ -104,7 +104,8 @@ def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
     """Return by what part a multiplier lies above all that stones may bear (> 0) or below it (< 0)."""
     known = [rigid_multiplier(analysis, False), rigid_multiplier(analysis, True), least_multiplier(analysis, True)]
     known += analysis.interval or ()
-    return max(multiplier / max(known) - 1.0, 0.0) + min(multiplier / min(known) - 1.0, 0.0)
+    most, least = max(known), min(known)
+    return max(multiplier / most - 1.0, 0.0) - (1.0 - multiplier / least if multiplier < least else 0.0)
 
 
 def alike(margin: float) -> float:

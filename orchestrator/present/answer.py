@@ -9,6 +9,7 @@ from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, percent_of, printed
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER
+from orchestrator.limit_analysis.turning_joints import FAR_LESS, edges_take
 from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET
 from orchestrator.space.found import SpaceAnalysis
@@ -44,7 +45,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
     shear = f"{applied_words(multiplier, state.horizontal_load, analysis.upright_load)}, {_without(analysis)}"
-    counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
+    whose = " for rigid stones" if edges_take(analysis, FAR_LESS) else ""
+    counts = f"λ = {_limit(multiplier)} counts{whose} ({state.name}): "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
     if not state.converged and state is not analysis.associative:
@@ -54,7 +56,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
             least = "" if analysis.rigid_peak is not None else "at least "
             is_loaded = analysis.drawn is None or analysis.drawn.flow_rule != "smoothed"
             why = "Geometry decides: in" if is_loaded and analysis.is_of_geometry else "In"
-            rest = f"{why} large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
+            bears = "rigid stones bear" if whose else "the wall bears"
+            rest = f"{why} large displacements {bears} {least}λ = ({_limit(multiplier)}): {shear}"
             of_what = " in small displacements"
         elsewhere = f"{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
         return f"{rest}{elsewhere}{_lower_when_moved(analysis, _lowest(analysis))}"
@@ -101,11 +104,12 @@ def _lowest(analysis: LimitAnalysis) -> float:
 def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
     """Return that stones bear less in large displacements than in the lowest state found: as they give way at edges,
     where a remark tells that, or by 1 % as rigid blocks."""
-    rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak or inf
-    is_told = pressed < (1.0 - SAME_ANSWER) * min(rigid, analysis.headline.load_multiplier)
-    if is_told and pressed < low:
-        left = "about what is left in large displacements as stones give way at edges"
-        return f" Lower is λ = {_limit(pressed)}, {left}."
+    rigid, pressed = analysis.rigid_peak or inf, analysis.pressed_peak
+    if pressed is not None and pressed < low and edges_take(analysis, SAME_ANSWER):
+        at_edges = "left in large displacements as stones give way at edges"
+        if pressed == 0.0:
+            return f" Nothing of it is {at_edges}: whether the wall stands finite elements tell (`run`)."
+        return f" Lower is λ = {_limit(pressed)}, about what is {at_edges}."
     if rigid < (1.0 - SAME_ANSWER) * low:
         return f" Lower is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
     return ""
@@ -322,8 +326,9 @@ def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
     left, rigid = limit.pressed_peak, limit.rigid_peak or limit.multiplier
     if left is None or left >= (1.0 - SAME_ANSWER) * rigid:
         return ""
-    said = f"; about {percent_more(left, pushed.peak_multiplier)} where stones give way at edges"
-    if left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
+    about = f"about {percent_more(left, pushed.peak_multiplier)}" if left else "nothing is left"
+    said = f"; {about} where stones give way at edges"
+    if not left or left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
         return said
     if pushed.peak_multiplier > (1.0 + SAME_ANSWER) * rigid:  # another state, which no smaller elements come from
         return f"{said}: λ = {_limit(left)}"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from orchestrator import MeshSettings, SteppingSettings, one_body_per_block, push
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.turning_joints import pressed_at_hinges
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
@@ -149,3 +150,18 @@ def test_joints_that_are_alike_have_short_elements_all_or_none():
     assert len(beds) == 21
     assert beds[1:-1] == pytest.approx(beds[1], rel=1e-4)
     assert beds[1] > 0.0
+
+
+@pytest.mark.parametrize(("depth", "stands"), [(0.54, False), (0.56, True)])
+def test_an_arch_of_which_edges_leave_nothing_falls_under_its_weight(depth, stands):
+    """Rigid, a semicircular arch stands from a depth of 0.1075 of its radius on (Milankovitch 1907): here 0.108."""
+    assemblage = find_joints(arch_on_piers(Arch(24, 5.0, depth, friction=0.8)), JointSettings())
+    found, stones = analyse(assemblage), one_body_per_block(assemblage)
+    assert found.headline.load_multiplier > 0.0
+    assert (found.pressed_peak > 0.0) is stands
+    if stands:
+        assert push(assemblage, found, stones).capacity.peak_multiplier > 0.0
+    else:
+        assert found.pressed_peak == 0.0
+        with pytest.raises(ConvergenceError, match="does not stand under its dead load"):
+            push(assemblage, found, stones)

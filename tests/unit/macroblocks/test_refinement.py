@@ -184,6 +184,8 @@ def test_bodies_agree_down_to_what_is_left_as_stones_give_way_at_edges(wall_1):
     near = replace(analysis, pressed_peak=0.985 * headline)
     once = [is_enough(near, MARGIN, bears(share)(headline), 2) for share in (0.97, 0.98, 0.99, 1.005, 1.03)]
     assert once == [False, *[True] * 3, False]
+    nothing = replace(analysis, pressed_peak=0.0)
+    assert [is_enough(nothing, MARGIN, bears(*of)(headline), 4) for of in ((0.3,), (0.3, 0.3))] == [False, True]
     small = [replace(one, in_large=False) for one in bears(0.97, 0.97)(headline)]
     assert not is_enough(pressed, MARGIN, small, 4)
     assert (
