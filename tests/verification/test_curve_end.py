@@ -24,6 +24,7 @@ from orchestrator.app import cli
 from orchestrator.app.curve_end import balanced, first_misfit, is_cut_short, usable, used
 from orchestrator.loads import DeadLoad
 from orchestrator.masonry.joints import JointClass, JointSettings
+from orchestrator.masonry.patterns import Arch, arch_on_piers
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines, Misfit
@@ -209,3 +210,12 @@ def test_a_flat_arch_bears_the_same_in_large_and_in_small_displacements():
     assert large.summary.valid
     assert small.summary.valid
     assert large.capacity.peak_multiplier == pytest.approx(small.capacity.peak_multiplier, rel=5e-3)
+
+
+def test_increments_do_not_shrink_to_where_rounding_bends_them():
+    """Past its peak this arch stood still for 2,000 increments down to 1e-16 m, each bent and out of balance."""
+    assemblage = find_joints(arch_on_piers(Arch(24, 5.0, 0.6, friction=0.8)), JointSettings())
+    stones = one_body_per_block(assemblage)
+    done = push(assemblage, analyse(assemblage), stones, mesh=MeshSettings(0.06))
+    assert done.summary.stopped_because == "base shear 20 % below its peak"
+    assert done.summary.steps < 100

@@ -9,9 +9,9 @@ One quantity is prescribed, by phase:
 
 The load is prescribed until a part of the wall moves for good; what moves then is driven. An increment is static when
 the proximal term carries less than `out_of_balance` of the weight of every body. One that bends, and whose work and
-energies do not balance, may have jumped to another path of equilibrium: it is taken shorter. Where no static state is
-found near, the prescribed quantity is held and the wall moves against viscous contacts and its mass (motion.py) until
-it rests.
+energies do not balance, may have jumped to another path of equilibrium: it is taken shorter, but for one that is not
+above the elastic slip. Where no static state is found near, the prescribed quantity is held and the wall moves against
+viscous contacts and its mass (motion.py) until it rests.
 
 A part of less than `local_share` of the wall's dead load and of its live load that does not come to rest is a local
 failure: its motion is kept, it is taken out when it has lost its hold, and the wall goes on while it carries live load.
@@ -45,11 +45,7 @@ from orchestrator.pushover.path.losses import (
 )
 from orchestrator.pushover.path.motion import FAST, FASTEST, farthest, motion, step_of_motion
 from orchestrator.pushover.path.moved_wall import is_held
-from orchestrator.pushover.path.moving import (
-    body_motion,
-    body_size,
-    moving_part,
-)
+from orchestrator.pushover.path.moving import body_motion, body_size, moving_part
 from orchestrator.pushover.path.trial import SHRINK, Trial
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -161,10 +157,11 @@ class Pushover:
             return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
         if self._slides_alone(trial, solved.change.ravel()):
             return self._loaded(trial, solved.iterations)
-        if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
+        resolves = aim.phase != "displacement" or aim.size > self.model.slip_tolerance
+        if self._passes_a_peak(state, solved) and resolves:
             return trial.smaller("the base shear falls from its highest", solved.iterations)
         bent, length = self.solver.bent(state, solved, aim), self._length(state, solved)
-        if bent >= BENT and self._may_be_smaller(trial) and not balances(state, solved):
+        if resolves and bent >= BENT and self._may_be_smaller(trial) and not balances(state, solved):
             return trial.smaller("work and energies do not balance", solved.iterations)
         if aim.size > self._largest(aim.phase) and length > 1.0 and bent * length > BENT:
             return trial.smaller("the curve is not straight", solved.iterations)
