@@ -29,7 +29,7 @@ from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitSt
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.remarks import few_move_words, of_few_words, points_words, remarks_of
+from orchestrator.limit_analysis.remarks import few_move_words, paper_words, points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import (
     Loaded,
@@ -100,7 +100,7 @@ def analyse(
     least = GRAVITY_TOLERANCE * problem.equilibrium.unit_force
     refuse_the_verge(borne, least, moving_without_load(problem, known.met))
     few = [*few_move_words(problem, view.loads, answer.headline, settings.local_share, bool(answer.local_failures))]
-    few += of_few_words(problem, view.loads, answer.sequence, settings.local_share, bool(answer.local_failures))
+    few += paper_words(problem, view.loads, answer, settings.local_share)
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)

@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 
 from orchestrator.basis.printed import as_lambda, as_place, percent_of
-from orchestrator.limit_analysis.paper.limit_state import LimitState, is_of_geometry
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState, is_of_geometry
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.loading import Loaded, has_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath
@@ -100,14 +100,19 @@ def few_move_words(
         )
 
 
-def of_few_words(
-    problem: Problem, loads: Loads, paper: LimitState | None, local_share: float, peeled: bool
-) -> Iterator[str]:
-    """Yield that the paper's value is a local failure, where what counts is a state of what local failures left."""
-    if paper is None or not peeled:
+def paper_words(problem: Problem, loads: Loads, answer: LimitAnalysis, local_share: float) -> Iterator[str]:
+    """Yield that the paper's value is a local failure, where what counts is a state of what local failures left, or
+    that loading does not come to it, where it is below all states that loading may."""
+    paper, lowest = answer.sequence, answer.lowest or answer.headline
+    if paper is None or answer.path is None:
         return
-    for stones, percent in _few_that_move(problem, loads, paper, local_share):
-        yield f"the paper's value is none of the wall: only {percent} % of the dead load moves at it (stones {stones})"
+    if answer.local_failures:
+        for stones, percent in _few_that_move(problem, loads, paper, local_share):
+            said = f"only {percent} % of the dead load moves at it (stones {stones})"
+            yield f"the paper's value is none of the wall: {said}"
+    elif paper.load_multiplier < (1.0 - RELEASE) * min(lowest.load_multiplier, answer.headline.load_multiplier):
+        value = as_lambda(paper.load_multiplier)
+        yield f"loading does not come to the paper's value {value}, which needs other forces between the stones"
 
 
 def _few_that_move(problem: Problem, loads: Loads, state: LimitState, local_share: float) -> Iterator[tuple[str, str]]:

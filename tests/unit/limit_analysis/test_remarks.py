@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from orchestrator.limit_analysis.paper.limit_state import is_of_geometry
-from orchestrator.limit_analysis.remarks import answer_words, geometry_words, mechanism_words
+from orchestrator.limit_analysis.remarks import answer_words, geometry_words, mechanism_words, paper_words
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box
 
 FAR = np.array([[0.0, 0.0], [1e-6, 0.01], [2e-4, 0.20], [3e-4, 0.15]])
@@ -50,3 +50,12 @@ def test_a_peak_that_is_lost_before_anything_has_moved_is_not_put_down_to_geomet
 def test_where_geometry_does_not_show_the_modulus_is_no_matter():
     assert not any("elastic modulus" in words for words in geometry_words(met(NEAR)))
     assert any("elastic modulus" in words for words in geometry_words(met(FAR)))
+
+
+@pytest.mark.parametrize(("paper", "lowest", "told"), [(0.066, 0.146, True), (0.066, None, True), (0.15, 0.146, False)])
+def test_a_paper_s_value_below_all_that_loading_reaches_is_told_as_that(paper, lowest, told):
+    """Of 0.1046 met by loading, 0.146 as drawn."""
+    paper, lowest, headline = (value and SimpleNamespace(load_multiplier=value) for value in (paper, lowest, 0.1046))
+    answer = SimpleNamespace(sequence=paper, lowest=lowest, headline=headline, path=headline, local_failures=())
+    said = "loading does not come to the paper's value 0.0660, which needs other forces between the stones"
+    assert list(paper_words(None, None, answer, 0.05)) == [said] * told
