@@ -109,7 +109,9 @@ WITHOUT = {
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
     "first iteration of a wall without forces is whole": lambda: _set(newton, _at_every_kink=lambda *_: False),
     "no body may miss a thousandth of its weight": lambda: _set(newton, OF_BODIES=np.inf),
-    "geometry is solved on again where bodies have turned": lambda: _set(increment_solver, TURN=np.inf),
+    "geometry is solved on again where bodies have turned": lambda: _set(
+        increment_solver.IncrementSolver, _turns_allowed=lambda *_: np.inf
+    ),
     "a weak wall is measured by its live load": lambda: _set(increment_solver, WEAK=1e-9),
     "supports are asked whether they hold the wall": lambda: _set(stepping, HELD_FROM=np.inf),
 }

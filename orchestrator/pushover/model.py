@@ -301,14 +301,6 @@ def displaced(
     )
 
 
-def largest_turn(model: ContactModel, first: FloatArray, second: FloatArray) -> float:
-    """Return the largest angle (rad) by which a body turns between two displacements (n,); 0 without tracking."""
-    if model.tracking is None:
-        return 0.0
-    angles = [fit_frames(model.front, u.reshape(-1, 3), model.bodies).angle for u in (first, second)]
-    return float(np.abs(angles[1] - angles[0]).max())
-
-
 def _rigid_displacement(front: FrontNodes, frames: Frames) -> FloatArray:
     body, place = front.body_of_node, front.nodes[:, :2]
     moved = np.einsum("mij,mj->mi", frames.rotation[body], place) + frames.translation[body]

@@ -1,4 +1,4 @@
-"""Which bodies move: speeds of the bodies, how much of the wall takes part, what has come off (numpy only)."""
+"""Which bodies move: how far and by what angle, how much of the wall takes part, what has come off (numpy only)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.loads.local_part import Shares, taking_part
+from orchestrator.pushover.contact.frames import fit_frames
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.model import ContactModel
 
@@ -29,6 +30,21 @@ def body_size(model: ContactModel) -> FloatArray:
     np.minimum.at(low, body, nodes[:, :2])
     np.maximum.at(high, body, nodes[:, :2])
     return np.sqrt(np.prod(high - low, axis=1))
+
+
+def body_turn(model: ContactModel, first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return by what angle (b,) in rad each moving body turns between two displacements (n,); 0 without tracking."""
+    if model.tracking is None:
+        return np.zeros(model.bodies)
+    angles = [fit_frames(model.front, u.reshape(-1, 3), model.bodies).angle for u in (first, second)]
+    return np.asarray(np.abs(angles[1] - angles[0]), dtype=float)
+
+
+def body_thrust(model: ContactModel, normal_force: FloatArray) -> FloatArray:
+    """Return about what force (b,) in N goes through each moving body, of normal forces (c,) of the contacts."""
+    at_nodes = (model.normal_columns @ np.abs(normal_force)).reshape(-1, 3)
+    thrust = np.bincount(model.body, 0.5 * np.linalg.norm(at_nodes, axis=1), model.bodies)
+    return np.asarray(thrust, dtype=float)
 
 
 def participation(model: ContactModel, motion: FloatArray) -> Shares:
