@@ -52,7 +52,7 @@ DOUBTS = re.compile("WARNING|UNUSUAL")
 """words in the remarks that come first"""
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
-MISREAD = "check that the drawing stands upright, and its supports (--ground)"
+MISREAD = "check whether the drawing stands upright, its supports"
 """what to do about such a wall"""
 LISTED_BLOCKS = 20
 """blocks that a remark names"""
@@ -172,8 +172,8 @@ def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
             return wall, None, [] if len(apart) else [_hanging(wall, falling)]
         if len({*dropped, *stuck, *ids}) > MOST_LOOSE * len(wall.blocks) or {*ids} <= {*stuck}:
             problem = f"{len({*dropped, *stuck, *ids})} blocks of {len(before.blocks)} fall: not single loose stones"
-            instead = ", or try --loose drop" if how == "glue" else ""
-            raise CaseError("--loose", problem, f"{MISREAD}, friction and --tolerance{instead}")
+            instead = ", or try --loose drop" if stuck else ""
+            raise CaseError("--loose", problem, f"{MISREAD}, its friction and the --tolerance{instead}")
         if how == "drop" or len(apart):
             dropped += ids
             wall = _left_out(wall, falling)

@@ -72,11 +72,10 @@ def edge_words(analysis: LimitAnalysis) -> Iterator[str]:
     """Yield about what is left as stones give way at edges, where rigid blocks bear more by more than SAME_ANSWER."""
     if analysis.pressed_peak is not None and edges_take(analysis, SAME_ANSWER):
         warns = "WARNING: " if edges_take(analysis, FAR_LESS) else ""
-        left = f"about {as_lambda(analysis.pressed_peak)}" if analysis.pressed_peak else "nothing"
-        yield (
-            f"{warns}stones give way at the edges that they turn about: {left} is left in large displacements, "
-            "finite elements tell (`run`)"
-        )
+        left, tell = f"about {as_lambda(analysis.pressed_peak)}", ", finite elements tell (`run`)"
+        if not analysis.pressed_peak:
+            left, tell = "about nothing", "; finite elements tell whether the wall stands (`run`)"
+        yield f"{warns}stones give way at the edges that they turn about: {left} is left in large displacements{tell}"
 
 
 def _turning(

@@ -7,9 +7,10 @@ agree is right more bodies tell, since in the end they are the stones. Each body
 many: of all ways to join its stones by the one that loses least energy (locking.py). Here 24 bodies bear 0.417.
 
 It ends where finite elements and rigid blocks agree and, as with a mesh, twice as many bodies bear the same; where
-twice as many are more than FEW, agreement alone is enough, if what is left of rigid blocks as stones give way at edges
-is the same number: else there is much between the two (4 bodies of a thin arch of 24 voussoirs 0.0396 between 0.0364
-and 0.0436, and every stone 0.0348). It also ends where twice as many bear the same twice in a
+twice as many are more than FEW, agreement alone is enough. Where rigid blocks bear more, by more than the margin, than
+is left as stones give way at edges, there is much between the two (4 bodies of a thin arch of 24 voussoirs 0.0396
+between 0.0364 and 0.0436, and every stone 0.0342): then twice as many have to bear the same in any case, and again
+where these are FEW. It also ends where twice as many bear the same twice in a
 row, once they are more than FEW, unless that is more than rigid blocks bear, whatever the interval: bodies that
 interlock bear the same, too (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136; 14 and 28 of 59 stones with a
 window, 1.5 % above rigid blocks, 11 % more than every stone). Nor where it is FAR_BELOW what rigid blocks on springs as
@@ -105,7 +106,9 @@ def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
     known = [rigid_multiplier(analysis, False), rigid_multiplier(analysis, True), least_multiplier(analysis, True)]
     known += analysis.interval or ()
     most, least = max(known), min(known)
-    return max(multiplier / most - 1.0, 0.0) - (1.0 - multiplier / least if multiplier < least else 0.0)
+    if multiplier > most:
+        return multiplier / most - 1.0
+    return min(multiplier / least - 1.0, 0.0) if least > 0.0 else 0.0
 
 
 def alike(margin: float) -> float:
@@ -133,8 +136,9 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     same = [change <= alike(margin) for change in changes]
     most, least = (of(analysis, last.in_large) for of in (rigid_multiplier, least_multiplier))
     if (1.0 - alike(margin)) * least <= last.multiplier <= (1.0 + alike(margin)) * most:
-        is_one = (1.0 - alike(margin)) * most <= (1.0 + alike(margin)) * least
-        return same[-1:] == [True] or (is_one and 2 * last.bodies > FEW * stones)
+        if (1.0 - alike(margin)) * most <= (1.0 + alike(margin)) * least:
+            return same[-1:] == [True] or 2 * last.bodies > FEW * stones
+        return same[-2:] == [True, True] or (same[-1:] == [True] and last.bodies > FEW * stones)
     known = last.in_large and analysis.rigid_peak is not None
     near = last.multiplier <= (1.0 + alike(margin)) * most and not (known and off < -FAR_BELOW)
     return near and same[-2:] == [True, True] and last.bodies > FEW * stones

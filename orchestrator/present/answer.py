@@ -108,7 +108,7 @@ def _lower_when_moved(analysis: LimitAnalysis, low: float) -> str:
     if pressed is not None and pressed < low and edges_take(analysis, SAME_ANSWER):
         at_edges = "left in large displacements as stones give way at edges"
         if pressed == 0.0:
-            return f" Nothing of it is {at_edges}: whether the wall stands finite elements tell (`run`)."
+            return f" About nothing is {at_edges}; finite elements (`run`) tell whether the wall stands."
         return f" Lower is λ = {_limit(pressed)}, about what is {at_edges}."
     if rigid < (1.0 - SAME_ANSWER) * low:
         return f" Lower is λ = {_limit(rigid)}, the most that rigid blocks bear in large displacements."
@@ -326,7 +326,7 @@ def _at_edges(limit: LimitSummary, pushed: PushoverSummary) -> str:
     left, rigid = limit.pressed_peak, limit.rigid_peak or limit.multiplier
     if left is None or left >= (1.0 - SAME_ANSWER) * rigid:
         return ""
-    about = f"about {percent_more(left, pushed.peak_multiplier)}" if left else "nothing is left"
+    about = f"about {percent_more(left, pushed.peak_multiplier)}" if left else "by an estimate nothing is left"
     said = f"; {about} where stones give way at edges"
     if not left or left >= (1.0 - SAME_ANSWER) * pushed.peak_multiplier:
         return said

@@ -39,8 +39,10 @@ SHORTER = 0.3
 """Factor after a step that was not found or not taken."""
 TURNED = 0.3
 """Part of its change of displacements by which a step longer than the elastic displacement may differ from the step
-before to be taken, and its load by no more than a step of the load: where several solutions exist, another path begins
-there. Where no shorter step leads on it is taken: a stone has snapped over."""
+before to be taken: where several solutions exist, another path begins there. Where no shorter step leads on it is
+taken: a stone has snapped over."""
+LEAP = 1.0
+"""Steps of the load by which the load of a step so long may change to be taken, for the same reason."""
 SHORTEST = (1e-2, 1e-3)
 """Parts of the elastic displacement and of all displacement so far below which a step leads nowhere: the wall snaps
 back."""
@@ -142,7 +144,7 @@ class Pushing(Overdamped):
                     return
                 change = found.position.displacements - here.position.displacements
                 turned = np.abs(change - expected).max() > TURNED * np.abs(change).max()
-                turned |= abs(found.multiplier - here.multiplier) > load_step
+                turned |= abs(found.multiplier - here.multiplier) > LEAP * load_step
                 if not found.found or (turned and advance > self.elastic * here.multiplier):
                     elsewhere = (found, advance) if found.found else elsewhere
                     self.counts["turned" if found.found else "shorter"] += 1

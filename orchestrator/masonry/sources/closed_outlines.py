@@ -34,8 +34,10 @@ LISTED_ENDS = 5
 NEARLY = 0.1
 """part of its size up to which a polyline that ends so close to where it begins was meant to be closed"""
 BENT = 0.7
-"""distance between the ends of a polyline over its length up to which it may be an outline that was left open; steps
-have 0.71"""
+"""distance between the ends of a polyline over its length up to which it may be an outline that was left open; steps,
+and two sides of a rectangle, have 0.71"""
+CORNER = 0.5
+"""angle (rad) by which an outline turns somewhere: the chords of an arc turn by less"""
 TRIED = 4
 """larger tolerances that are tried on lines that stay open"""
 OnLayer = tuple[str, FloatArray]
@@ -121,7 +123,8 @@ def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnL
     paths = [path for _, path in lines]
     network = _network(paths, tolerance)
     along = _layers_along(network.outlines, lines, tolerance)
-    said += _said_left_open(role, paths) if network.rest and not nearly else []
+    alone = [drawn[k][1] for k in range(len(drawn)) if not is_closed[k] and k not in nearly and apart[k] > tolerance]
+    said += _said_left_open(role, alone) if network.rest else []
     said += _said(network, paths, [outline for _, outline in named], role)
     return [*named, *zip(along, network.outlines, strict=True)], said, network.within
 
@@ -139,17 +142,24 @@ def _said_open(role: str, nearly: list[tuple[float, FloatArray]]) -> Iterator[st
 
 def _said_left_open(role: str, paths: list[FloatArray]) -> Iterator[str]:
     """Yield a warning about polylines (n, 2) that bend like outlines of which the last side is missing."""
-    bent = [
-        path
-        for path in paths
-        if len(path) > 3 and np.linalg.norm(path[0] - path[-1]) < BENT * shapely.LineString(path).length
-    ]
+    bent = [path for path in paths if len(path) > 2 and _is_bent(path)]
     if bent:
         x, y = bent[0][0]
         several = len(bent) > 1
-        many = f"{len(bent)} polylines are open, the first" if several else "1 polyline is open, it begins"
+        many = f"{len(bent)} polylines are open, the first" if several else "1 polyline is open, which begins"
         close = "if they are outlines, close them" if several else "if it is an outline, close it"
         yield f"{role}: WARNING: {many} at {as_place(x, y)} m: {close} (Close in CAD, Z in an SVG path)"
+
+
+def _is_bent(path: FloatArray) -> bool:
+    """Return whether the ends of a polyline (n, 2) are near each other for its length, with corners between them, and
+    a line between them closes an outline."""
+    sides = np.diff(path, axis=0)
+    length = np.linalg.norm(sides, axis=1)
+    if not length.all() or np.linalg.norm(path[0] - path[-1]) >= BENT * length.sum():
+        return False
+    cosine = (sides[1:] * sides[:-1]).sum(axis=1) / (length[1:] * length[:-1])
+    return bool(cosine.min() < np.cos(CORNER)) and bool(shapely.Polygon(path).is_valid)
 
 
 def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: float) -> list[str]:

@@ -52,10 +52,15 @@ def test_where_geometry_does_not_show_the_modulus_is_no_matter():
     assert any("elastic modulus" in words for words in geometry_words(met(FAR)))
 
 
-@pytest.mark.parametrize(("paper", "lowest", "told"), [(0.066, 0.146, True), (0.066, None, True), (0.15, 0.146, False)])
-def test_a_paper_s_value_below_all_that_loading_reaches_is_told_as_that(paper, lowest, told):
-    """Of 0.1046 met by loading, 0.146 as drawn."""
-    paper, lowest, headline = (value and SimpleNamespace(load_multiplier=value) for value in (paper, lowest, 0.1046))
-    answer = SimpleNamespace(sequence=paper, lowest=lowest, headline=headline, path=headline, local_failures=())
-    said = "loading does not come to the paper's value 0.0660, which needs other forces between the stones"
+@pytest.mark.parametrize(
+    ("paper", "known", "told"),
+    [(0.066, (0.146, 0.2), True), (0.15, (0.146, 0.2), False), (0.066, (0.05, 0.2), False), (0.066, None, False)],
+)
+def test_a_paper_s_value_below_all_that_loading_reaches_is_told_as_that(paper, known, told):
+    """Of 0.1046 met by loading in large displacements; a path on other joints may end lower than the paper's value."""
+    paper, headline = (SimpleNamespace(load_multiplier=value) for value in (paper, 0.1046))
+    answer = SimpleNamespace(
+        sequence=paper, headline=headline, path=headline, non_associative_range=known, local_failures=()
+    )
+    said = "loading was not found to come to the paper's value 0.0660, a state of other forces between the stones"
     assert list(paper_words(None, None, answer, 0.05)) == [said] * told

@@ -179,6 +179,8 @@ def test_bodies_agree_down_to_what_is_left_as_stones_give_way_at_edges(wall_1):
     pressed = replace(analysis, pressed_peak=0.95 * headline)
     shares = (0.93, 0.945, 0.97, 1.005, 1.03)
     twice = [is_enough(pressed, MARGIN, bears(share, share)(headline), 4) for share in shares]
+    assert twice == [is_enough(pressed, MARGIN, bears(share, share, share)(headline), 400) for share in shares]
+    assert not any(is_enough(pressed, MARGIN, bears(share, share)(headline), 400) for share in shares)  # 4 are few
     assert twice == [False, *[True] * 3, False]
     assert not any(is_enough(pressed, MARGIN, bears(share)(headline), 2) for share in shares)  # wherever it is between
     near = replace(analysis, pressed_peak=0.985 * headline)
@@ -186,6 +188,8 @@ def test_bodies_agree_down_to_what_is_left_as_stones_give_way_at_edges(wall_1):
     assert once == [False, *[True] * 3, False]
     nothing = replace(analysis, pressed_peak=0.0)
     assert [is_enough(nothing, MARGIN, bears(*of)(headline), 4) for of in ((0.3,), (0.3, 0.3))] == [False, True]
+    whole = one_body(assemblage)
+    assert remarked(nothing, MARGIN, whole, bears(0.3)(headline), 2).remarks == whole.remarks
     small = [replace(one, in_large=False) for one in bears(0.97, 0.97)(headline)]
     assert not is_enough(pressed, MARGIN, small, 4)
     assert (

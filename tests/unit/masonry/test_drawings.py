@@ -107,7 +107,7 @@ def test_an_open_polyline_that_ends_on_a_closed_stone_is_told_to_be_closed(tmp_p
     found, remarks = read(tmp_path / "open.dxf")
     assert found == 1
     assert remarks[0] == (
-        "blocks: WARNING: 1 polyline is open, it begins at (0.5, 0) m: if it is an outline, close it "
+        "blocks: WARNING: 1 polyline is open, which begins at (0.5, 0) m: if it is an outline, close it "
         "(Close in CAD, Z in an SVG path)"
     )
     assert remarks[1] == (

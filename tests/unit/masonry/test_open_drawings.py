@@ -47,11 +47,39 @@ def test_outlines_that_were_left_open_are_told_to_be_closed(tmp_path, seed):
     )
 
 
-def test_lines_that_bend_are_no_outlines_left_open(tmp_path):
-    """A bed joint in steps, beside stones that are closed, and a line that ends in a stone."""
-    steps = [(0, 600), (400, 600), (400, 650), (800, 650), (800, 700), (1600, 700)]
-    said = said_of(saved(tmp_path / "steps.dxf", [*BOXES[:4], steps], between(-100, -200, 1700, 0), close=False))
-    assert "5 polylines" not in said
+BATTLEMENTS = [(x + dx, 200 + y) for x in range(0, 1200, 300) for dx, y in ((0, 0), (0, 150), (150, 150), (150, 0))]
+HALF_CIRCLE = [(800 - 400 * np.cos(t), 200 + 400 * np.sin(t)) for t in np.linspace(0.0, np.pi, 19)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [[(0, 200), (400, 200), (400, 600), (800, 600), (800, 1000)], BATTLEMENTS, HALF_CIRCLE, [(0, 200), (0, 900)]],
+)
+def test_lines_that_bend_are_no_outlines_left_open(tmp_path, line):
+    """Steps, battlements, an arc and a straight line on closed stones: what is open bounds nothing, and is told."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    for outline, layer in [*((box, "blocks") for box in BOXES[:4]), (between(-100, -200, 1700, 0), "supports")]:
+        space.add_lwpolyline(outline, close=True, dxfattribs={"layer": layer})
+    space.add_lwpolyline(line, close=False, dxfattribs={"layer": "blocks"})
+    document.saveas(tmp_path / "line.dxf")
+    said = said_of(tmp_path / "line.dxf")
+    assert "no outline" in said
+    assert "if it is an outline" not in said
+
+
+@pytest.mark.parametrize("sides", [2, 3])
+def test_a_stone_of_which_one_side_is_missing_is_told_beside_closed_ones(tmp_path, sides):
+    stone = [(0, 200), (300, 500), (-20, 450)] if sides == 2 else [(0, 200), (0, 400), (400, 400), (400, 200)]
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    for outline, layer in [*((box, "blocks") for box in BOXES[:4]), (between(-100, -200, 1700, 0), "supports")]:
+        space.add_lwpolyline(outline, close=True, dxfattribs={"layer": layer})
+    space.add_lwpolyline(stone, close=False, dxfattribs={"layer": "blocks"})
+    document.saveas(tmp_path / "open.dxf")
+    assert "1 polyline is open, which begins at (0, 0.2) m: if it is an outline" in said_of(tmp_path / "open.dxf")
 
 
 def test_of_an_outline_that_crosses_itself_no_overlap_is_looked_for():
@@ -70,7 +98,7 @@ def test_a_wall_on_its_head_is_not_taken_for_loose_stones(tmp_path, turn):
     outlines = [np.array(box) * turn for box in BOXES]
     path = saved(tmp_path / "turned.dxf", outlines, np.array(between(-100, -200, 1700, 0)) * turn, close=True)
     stands = turn[1] > 0.0
-    assert ("check that the drawing stands upright" in said_of(path)) is not stands
+    assert ("check whether the drawing stands upright" in said_of(path)) is not stands
     dropped = said_of(path, loose="drop")
-    assert ("check that the drawing stands upright" in dropped) is not stands
+    assert ("check whether the drawing stands upright" in dropped) is not stands
     assert "try --loose drop" not in dropped

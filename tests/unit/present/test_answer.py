@@ -69,8 +69,8 @@ def test_what_rigid_stones_bear_is_told_from_what_the_wall_bears_where_edges_tak
     rigid = replace(at(slender, bound=0.6), rigid_peak=0.5)
     assert answer_of_limit(replace(rigid, pressed_peak=0.47)).startswith("λ = 0.50000 counts for rigid stones (")
     assert answer_of_limit(replace(rigid, pressed_peak=0.48)).startswith("λ = 0.50000 counts (")
-    nothing = " Nothing of it is left in large displacements as stones give way at edges: "
-    nothing += "whether the wall stands finite elements tell (`run`)."
+    nothing = " About nothing is left in large displacements as stones give way at edges; "
+    nothing += "finite elements (`run`) tell whether the wall stands."
     assert answer_of_limit(replace(rigid, pressed_peak=0.0)).endswith(nothing)
 
 
@@ -261,8 +261,8 @@ IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
         (
             {"pressed_peak": 0.0, **IN_LARGE},
             "large",
-            "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones; nothing is "
-            "left where stones give way at edges.",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones; by an "
+            "estimate nothing is left where stones give way at edges.",
         ),
         (
             {"pressed_peak": 0.1985, "rigid_peak": 0.202, "large_displacements": 0.202},

@@ -198,15 +198,15 @@ ON_PAGES = [
     "tell (`run`)",
     "WARNING: stones give way at the edges that they turn about: about 0.0211 is left in large displacements, finite "
     "elements tell (`run`)",
-    "WARNING: stones give way at the edges that they turn about: nothing is left in large displacements, finite "
-    "elements tell (`run`)",
+    "WARNING: stones give way at the edges that they turn about: about nothing is left in large displacements; "
+    "finite elements tell whether the wall stands (`run`)",
     "WARNING: what leans on the joint of blocks 0 and 1 loses about 23 % of what it bears as drawn, as stones give way "
     "at the edge and bend: rigid blocks know little of it, finite elements do (`run`)",
     "bonds: 27 % of the peak may be too much, as elements are too long where they crack: refine mesh.size, 17 mm are "
     "enough",
     "micro FE: the peak may be 4.1 % too high, as elements are too long where bonds crack: refine mesh.size, 17 mm are "
     "enough",
-    "loading does not come to the paper's value 0.0660, which needs other forces between the stones",
+    "loading was not found to come to the paper's value 0.0660, a state of other forces between the stones",
     "the paper's value is none of the wall: only 0.079 % of the dead load moves at it (stones 13)",
     # outlines
     "WARNING: the outline of block 22 goes out to (1.5, 0.9) m and back on itself, 200 mm far: that spike is taken "
