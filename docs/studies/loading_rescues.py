@@ -97,6 +97,7 @@ WITHOUT: dict[str, Callable[[], None]] = {
     "a first rest under less load": _set(pushing, FIRST_LOADS=pushing.FIRST_LOADS[:1]),
     "more is held where that led to a rest only": _held_by_little,
     "a step that turns is made shorter": _set(pushing, TURNED=1e300),
+    "a step whose load leaps is made shorter": _set(pushing, LEAP=np.inf),
     "a first step is ten times the shortest": _set(pushing, FIRST=1.0),
     "steps too short end it": _set(pushing, SHORTEST=(1e-9, 1e-9)),
     "the nearest state": _set(loading_path.StateSearch, closed=lambda *_: None),

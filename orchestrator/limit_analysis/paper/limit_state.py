@@ -181,7 +181,8 @@ class LimitAnalysis:
     geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
     rigid_peak: the multiplier of its peak, None where that was not passed; pressed_peak: about what is left of it, or
-    of a wall that was not pushed so, as stones give way at edges that they turn about (turning_joints.py), or None.
+    of a wall that was not pushed so, as stones give way at edges that they turn about (turning_joints.py), 0 where
+    these take all, or None.
     Where the peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
     displacements, with which the interval ends, or a state of smoothed conditions, which it need not meet.
     going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
