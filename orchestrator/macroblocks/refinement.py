@@ -7,7 +7,7 @@ agree is right more bodies tell, since in the end they are the stones. Each body
 many: of all ways to join its stones by the one that loses least energy (locking.py). Here 24 bodies bear 0.417.
 
 It ends where finite elements and rigid blocks agree and, as with a mesh, twice as many bodies bear the same; where
-twice as many are more than FEW, agreement alone is enough. Where rigid blocks bear more, by more than the margin, than
+twice as many are more than FEW, agreement alone is enough. Where rigid blocks bear more, by more than twice the margin, than
 is left as stones give way at edges, there is much between the two (4 bodies of a thin arch of 24 voussoirs 0.0396
 between 0.0364 and 0.0436, and every stone 0.0342): then twice as many have to bear the same in any case, and again
 where these are FEW. It also ends where twice as many bear the same twice in a
