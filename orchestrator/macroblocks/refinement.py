@@ -7,11 +7,11 @@ agree is right more bodies tell, since in the end they are the stones. Each body
 many: of all ways to join its stones by the one that loses least energy (locking.py). Here 24 bodies bear 0.417.
 
 It ends where finite elements and rigid blocks agree and, as with a mesh, twice as many bodies bear the same; where
-twice as many are more than FEW, agreement alone is enough. Where rigid blocks bear more, by more than twice the margin, than
-is left as stones give way at edges, there is much between the two (4 bodies of a thin arch of 24 voussoirs 0.0396
-between 0.0364 and 0.0436, and every stone 0.0342): then twice as many have to bear the same in any case, and again
-where these are FEW. It also ends where twice as many bear the same twice in a
-row, once they are more than FEW, unless that is more than rigid blocks bear, whatever the interval: bodies that
+twice as many are more than FEW, agreement alone is enough. Where what is left of rigid blocks as stones give way at
+edges is less by more than twice the margin, there is much between the two (4 bodies of a thin arch of 24 voussoirs
+0.0396 between 0.0364 and 0.0436, and every stone 0.0342): then twice as many have to bear the same in any case, and
+again where these are FEW. It also ends where twice as many bear the same twice in a row, once they are more than FEW,
+unless that is more than rigid blocks bear, whatever the interval: bodies that
 interlock bear the same, too (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136; 14 and 28 of 59 stones with a
 window, 1.5 % above rigid blocks, 11 % more than every stone). Nor where it is FAR_BELOW what rigid blocks on springs as
 soft as the stones bear in large displacements: bodies may be in another state, the same one however many they are (6
