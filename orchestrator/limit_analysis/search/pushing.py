@@ -41,8 +41,9 @@ TURNED = 0.3
 """Part of its change of displacements by which a step longer than the elastic displacement may differ from the step
 before to be taken: where several solutions exist, another path begins there. Where no shorter step leads on it is
 taken: a stone has snapped over."""
-LEAP = 1.0
-"""Steps of the load by which the load of a step so long may change to be taken, for the same reason."""
+LEAP = 1.25
+"""Steps of the load by which the load of a step so long may change to be taken, for the same reason; a step is as long
+as makes it 1, and rounding may not decide."""
 SHORTEST = (1e-2, 1e-3)
 """Parts of the elastic displacement and of all displacement so far below which a step leads nowhere: the wall snaps
 back."""
