@@ -12,7 +12,7 @@ from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.atomic_files import together
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
-from orchestrator.basis.printed import as_place, few
+from orchestrator.basis.printed import as_place, few, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
 from orchestrator.macroblocks.bodies import glued
@@ -38,7 +38,7 @@ from orchestrator.masonry.sources.mended_outlines import mended
 from orchestrator.masonry.sources.picture import PictureSettings, read_picture
 from orchestrator.masonry.sources.rows import read_rows, uneven_courses
 from orchestrator.masonry.sources.svg import read_svg
-from orchestrator.masonry.wall import Wall, check_blocks, check_wall, doubted_size, size_of
+from orchestrator.masonry.wall import LARGEST_TOLERANCE, Wall, check_blocks, check_wall, doubted_size, size_of
 from orchestrator.present import plots
 from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.settings.unusual import THICKEST, unusual_material
@@ -270,6 +270,9 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
         drawing, scale = read_picture(path, settings), settings.scale
     healing = _settings(HealingSettings, options)
     _refuse(options, "does not go with a picture")
+    if PIXELS_HEALED * scale > LARGEST_TOLERANCE:
+        coarse = f"a pixel of {millimetres(scale)} is too coarse for joints"
+        raise CaseError("--scale", coarse, f'give at most "{1e3 * LARGEST_TOLERANCE / PIXELS_HEALED:.0f} mm"')
     healing = replace(healing, tolerance=max(healing.tolerance, PIXELS_HEALED * scale))
     return wall_of(drawing, path.stem, material, healing)
 

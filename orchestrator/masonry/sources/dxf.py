@@ -31,6 +31,7 @@ from orchestrator.masonry.sources.closed_outlines import (
 from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.dxf_entities import DRAWN, FILLED, Seen, entities_of, said_passed_over
 from orchestrator.masonry.sources.filled_areas import Filled
+from orchestrator.masonry.sources.other_layers import said_of_other_layers
 from orchestrator.masonry.wall import LARGEST_COUNT
 
 HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1, 21: 1200 / 3937}
@@ -89,7 +90,11 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
     _refuse_depth([*drawn, *(area.points for of in areas.values() for area in of)], tolerance)
     flat = {role: [(name, points[:, :2]) for name, points in paths] for role, paths in lines.items()}
     filled = {role: [replace(area, points=area.points[:, :2]) for area in of] for role, of in areas.items()}
-    return drawing_of(flat, tolerance, [remark, *passed], read.curved, filled)
+    drawing = drawing_of(flat, tolerance, [remark, *passed], read.curved, filled)
+    everything = [*read.lines, *((area.layer, area.points) for area in read.areas)]
+    left = [(name, points) for name, points in everything if not any(on(name) for on in chosen.values())]
+    others = [(name, factor * points[:, :2]) for name, points in left]
+    return replace(drawing, remarks=(*drawing.remarks, *said_of_other_layers(others, drawing, layers, tolerance)))
 
 
 def _opened(path: Path) -> Any:

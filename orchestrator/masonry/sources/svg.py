@@ -24,6 +24,7 @@ from orchestrator.basis.printed import counted
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
 from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
+from orchestrator.masonry.sources.other_layers import said_of_other_layers
 from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, nested_view, numbers, place_of, subpaths, transform
 from orchestrator.masonry.sources.svg_styles import is_clipped, is_taken_out, is_unseen, moved_by, rules_in
 
@@ -132,7 +133,12 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
         remarks += [f"{role}: WARNING: {counted(holes, 'hole')} in outlines filled"] if holes else []
     curved = any(len(control) > 2 for members in on.values() for _, one in members for control in one.curves)
     drawing = drawing_of(outer, tolerance, remarks, curved)
-    return replace(drawing, remarks=(f"{counted(len(drawing.stones), 'stone')} found", *drawing.remarks))
+    taken = {id(one) for members in on.values() for _, one in members}
+    left = [one for one in drawn if one.names and id(one) not in taken]
+    ends = [np.vstack([one.curves[0][:1], *(curve[-1:] for curve in one.curves)]) for one in left]  # without chords
+    others = [(one.names[0], at * unit * [1.0, -1.0] - low) for one, at in zip(left, ends, strict=True)]
+    told = said_of_other_layers(others, drawing, layers, tolerance)
+    return replace(drawing, remarks=(f"{counted(len(drawing.stones), 'stone')} found", *drawing.remarks, *told))
 
 
 def _unit(root: Element, scale: float | None) -> tuple[float, list[str]]:
