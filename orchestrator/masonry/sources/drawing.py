@@ -132,11 +132,15 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
 
 
 def _without_supports(drawing: Drawing) -> CaseError:
-    """Return the complaint about a drawing without supports, with what in it is hidden."""
+    """Return the complaint about a drawing without supports, with what in it is hidden, or does not close."""
     hidden = [remark.removeprefix("WARNING: ") for remark in drawing.remarks if "passed over" in remark]
     hidden = [remark for remark in hidden if " hidden " in remark]
     remedy = "show what is hidden" if hidden else "draw them on their own layer"
-    problem = "; ".join(["the drawing has none", *hidden])
+    warned = [remark.partition("supports: WARNING: ")[2] for remark in drawing.remarks]
+    lines = [*filter(None, warned)][:1]
+    if lines and not hidden:
+        remedy = "draw each as a closed outline"
+    problem = "; ".join(["the drawing has none", *hidden, *lines])
     return CaseError("supports", problem, f'{remedy}, or give --ground "200 mm"')
 
 

@@ -92,6 +92,18 @@ def test_of_an_outline_that_crosses_itself_no_overlap_is_looked_for():
         closed(Wall("", tuple(stones), 0.5, 0.7), HealingSettings())
 
 
+def test_a_support_that_was_left_open_is_not_told_to_be_drawn_on_its_own_layer(tmp_path):
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    for box in BOXES:
+        document.modelspace().add_lwpolyline(box, close=True, dxfattribs={"layer": "blocks"})
+    document.modelspace().add_lwpolyline(between(-100, -200, 1700, 0), close=False, dxfattribs={"layer": "supports"})
+    document.saveas(tmp_path / "ground.dxf")
+    said = said_of(tmp_path / "ground.dxf")
+    assert "supports: the drawing has none; 1 polyline is open, which begins at (-0.1, -0.2) m: if it is" in said
+    assert 'draw each as a closed outline, or give --ground "200 mm"' in said
+
+
 @pytest.mark.parametrize("turn", [(1.0, -1.0), (-1.0, 1.0)])
 def test_a_wall_on_its_head_is_not_taken_for_loose_stones(tmp_path, turn):
     """As drawn with y downwards; or a mirror image, which stands."""
