@@ -20,7 +20,8 @@ them"""
 def said_of_other_layers(others: Iterable[OnLayer], drawing: Drawing, layers: Layers, tolerance: float) -> list[str]:
     """Return one remark for each layer with closed outlines (n, 2), the first point repeated, that no role has and that
     lie beside the outlines of a drawing, no farther away than the tolerance (m)."""
-    read = [shapely.Polygon(outline) for outline in (*drawing.stones, *drawing.supports, *drawing.openings)]
+    outlines = (*drawing.stones, *drawing.supports, *drawing.openings)
+    read = [shapely.Polygon(outline) for outline in outlines if len(outline) > 2]
     wall = shapely.union_all(shapely.make_valid(read))
     beside = Counter[str]()
     for name, outline in others:
