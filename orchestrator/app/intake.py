@@ -52,7 +52,7 @@ DOUBTS = re.compile("WARNING|UNUSUAL")
 """words in the remarks that come first"""
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
-MISREAD = "check whether the drawing stands upright, its supports"
+MISREAD = "check the supports, and whether the drawing stands upright"
 """what to do about such a wall"""
 LISTED_BLOCKS = 20
 """blocks that a remark names"""
@@ -173,7 +173,7 @@ def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
         if len({*dropped, *stuck, *ids}) > MOST_LOOSE * len(wall.blocks) or {*ids} <= {*stuck}:
             problem = f"{len({*dropped, *stuck, *ids})} blocks of {len(before.blocks)} fall: not single loose stones"
             instead = ", or try --loose drop" if stuck else ""
-            raise CaseError("--loose", problem, f"{MISREAD}, its friction and the --tolerance{instead}")
+            raise CaseError("--loose", problem, f"{MISREAD}; else friction and --tolerance{instead}")
         if how == "drop" or len(apart):
             dropped += ids
             wall = _left_out(wall, falling)

@@ -103,14 +103,14 @@ def few_move_words(
 def paper_words(problem: Problem, loads: Loads, answer: LimitAnalysis, local_share: float) -> Iterator[str]:
     """Yield that the paper's value is a local failure, where what counts is a state of what local failures left, or
     that loading was not found to come to it, where it is below all states that it was found to come to."""
-    paper, known = answer.sequence, answer.non_associative_range
-    if paper is None or known is None or answer.path is None:
+    paper, known = answer.sequence, answer.path and answer.non_associative_range
+    if paper is None:
         return
     if answer.local_failures:
         for stones, percent in _few_that_move(problem, loads, paper, local_share):
             said = f"only {percent} % of the dead load moves at it (stones {stones})"
             yield f"the paper's value is none of the wall: {said}"
-    elif paper.load_multiplier < (1.0 - RELEASE) * min(known[0], answer.headline.load_multiplier):
+    elif known and paper.load_multiplier < (1.0 - RELEASE) * min(known[0], answer.headline.load_multiplier):
         value = as_lambda(paper.load_multiplier)
         yield f"loading was not found to come to the paper's value {value}, a state of other forces between the stones"
 

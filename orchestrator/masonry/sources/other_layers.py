@@ -23,11 +23,12 @@ def said_of_other_layers(others: Iterable[OnLayer], drawing: Drawing, layers: La
     outlines = (*drawing.stones, *drawing.supports, *drawing.openings)
     read = [shapely.Polygon(outline) for outline in outlines if len(outline) > 2]
     wall = shapely.union_all(shapely.make_valid(read))
+    shapely.prepare(wall)
     beside = Counter[str]()
     for name, outline in others:
         is_closed = len(outline) > 3 and bool(np.linalg.norm(outline[0] - outline[-1]) <= tolerance)
         shape = shapely.Polygon(outline) if is_closed and np.isfinite(outline).all() else shapely.Polygon()
-        if shape.is_valid and shape.area and shape.distance(wall) <= tolerance:
+        if shape.is_valid and shape.area and shapely.dwithin(wall, shape, tolerance):
             beside[name] += shape.intersection(wall).area < IN_STONES * min(shape.area, wall.area)
     return [
         f"{counted(number, 'closed outline')} beside the stones left out, on {name!r}, which is not chosen: if stones, "

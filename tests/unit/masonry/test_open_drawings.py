@@ -14,17 +14,17 @@ from tests.support.drawings import MILLIMETRES
 from tests.support.walls import between
 
 MATERIAL = {"thickness": "0.5 m", "unit_weight": "20 kN/m3", "friction": "0.7"}
+GROUND = between(-100, -200, 1700, 0)
 BOXES = [between(400 * c, 200 * r, 400 * c + 400, 200 * r + 200) for r in range(3) for c in range(4)]
 
 
-def saved(path, outlines, ground, close):
-    """Draw outlines (mm) on the layer of the blocks, the ground closed on that of the supports."""
+def saved(path, closed=(), opened=(), ground=GROUND, ground_is_closed=True):
+    """Draw outlines (mm) on the layer of the blocks, closed or left open, the ground on that of the supports."""
     document = ezdxf.new()
     document.header["$INSUNITS"] = MILLIMETRES
-    space = document.modelspace()
-    for outline in outlines:
-        space.add_lwpolyline(outline, close=close, dxfattribs={"layer": "blocks"})
-    space.add_lwpolyline(ground, close=True, dxfattribs={"layer": "supports"})
+    drawn = [*((one, True, "blocks") for one in closed), *((one, False, "blocks") for one in opened)]
+    for outline, is_closed, layer in [*drawn, (ground, ground_is_closed, "supports")]:
+        document.modelspace().add_lwpolyline(outline, close=is_closed, dxfattribs={"layer": layer})
     document.saveas(path)
     return path
 
@@ -41,10 +41,8 @@ def said_of(path, **options):
 def test_outlines_that_were_left_open_are_told_to_be_closed(tmp_path, seed):
     """Its lines miss each other by fractions of a millimetre."""
     errors = np.random.default_rng(seed).uniform(-0.5, 0.5, (12, 4, 2))
-    ground = between(-100, -200, 1700, 0)
-    assert "polylines are open, the first at" in said_of(
-        saved(tmp_path / "open.dxf", np.array(BOXES) + errors, ground, close=False)
-    )
+    drawing = saved(tmp_path / "open.dxf", opened=np.array(BOXES) + errors)
+    assert "polylines are open, the first at" in said_of(drawing)
 
 
 BATTLEMENTS = [(x + dx, 200 + y) for x in range(0, 1200, 300) for dx, y in ((0, 0), (0, 150), (150, 150), (150, 0))]
@@ -57,14 +55,7 @@ HALF_CIRCLE = [(800 - 400 * np.cos(t), 200 + 400 * np.sin(t)) for t in np.linspa
 )
 def test_lines_that_bend_are_no_outlines_left_open(tmp_path, line):
     """Steps, battlements, an arc and a straight line on closed stones: what is open bounds nothing, and is told."""
-    document = ezdxf.new()
-    document.header["$INSUNITS"] = MILLIMETRES
-    space = document.modelspace()
-    for outline, layer in [*((box, "blocks") for box in BOXES[:4]), (between(-100, -200, 1700, 0), "supports")]:
-        space.add_lwpolyline(outline, close=True, dxfattribs={"layer": layer})
-    space.add_lwpolyline(line, close=False, dxfattribs={"layer": "blocks"})
-    document.saveas(tmp_path / "line.dxf")
-    said = said_of(tmp_path / "line.dxf")
+    said = said_of(saved(tmp_path / "line.dxf", BOXES[:4], [line]))
     assert "no outline" in said
     assert "if it is an outline" not in said
 
@@ -72,14 +63,8 @@ def test_lines_that_bend_are_no_outlines_left_open(tmp_path, line):
 @pytest.mark.parametrize("sides", [2, 3])
 def test_a_stone_of_which_one_side_is_missing_is_told_beside_closed_ones(tmp_path, sides):
     stone = [(0, 200), (300, 500), (-20, 450)] if sides == 2 else [(0, 200), (0, 400), (400, 400), (400, 200)]
-    document = ezdxf.new()
-    document.header["$INSUNITS"] = MILLIMETRES
-    space = document.modelspace()
-    for outline, layer in [*((box, "blocks") for box in BOXES[:4]), (between(-100, -200, 1700, 0), "supports")]:
-        space.add_lwpolyline(outline, close=True, dxfattribs={"layer": layer})
-    space.add_lwpolyline(stone, close=False, dxfattribs={"layer": "blocks"})
-    document.saveas(tmp_path / "open.dxf")
-    assert "1 polyline is open, which begins at (0, 0.2) m: if it is an outline" in said_of(tmp_path / "open.dxf")
+    said = said_of(saved(tmp_path / "open.dxf", BOXES[:4], [stone]))
+    assert "1 polyline is open, which begins at (0, 0.2) m: if it is an outline" in said
 
 
 def test_of_an_outline_that_crosses_itself_no_overlap_is_looked_for():
@@ -93,13 +78,7 @@ def test_of_an_outline_that_crosses_itself_no_overlap_is_looked_for():
 
 
 def test_a_support_that_was_left_open_is_not_told_to_be_drawn_on_its_own_layer(tmp_path):
-    document = ezdxf.new()
-    document.header["$INSUNITS"] = MILLIMETRES
-    for box in BOXES:
-        document.modelspace().add_lwpolyline(box, close=True, dxfattribs={"layer": "blocks"})
-    document.modelspace().add_lwpolyline(between(-100, -200, 1700, 0), close=False, dxfattribs={"layer": "supports"})
-    document.saveas(tmp_path / "ground.dxf")
-    said = said_of(tmp_path / "ground.dxf")
+    said = said_of(saved(tmp_path / "ground.dxf", BOXES, ground_is_closed=False))
     assert "supports: the drawing has none; 1 polyline is open, which begins at (-0.1, -0.2) m: if it is" in said
     assert 'draw each as a closed outline, or give --ground "200 mm"' in said
 
@@ -108,9 +87,9 @@ def test_a_support_that_was_left_open_is_not_told_to_be_drawn_on_its_own_layer(t
 def test_a_wall_on_its_head_is_not_taken_for_loose_stones(tmp_path, turn):
     """As drawn with y downwards; or a mirror image, which stands."""
     outlines = [np.array(box) * turn for box in BOXES]
-    path = saved(tmp_path / "turned.dxf", outlines, np.array(between(-100, -200, 1700, 0)) * turn, close=True)
+    path = saved(tmp_path / "turned.dxf", outlines, ground=np.array(GROUND) * turn)
     stands = turn[1] > 0.0
-    assert ("check whether the drawing stands upright" in said_of(path)) is not stands
+    assert ("whether the drawing stands upright" in said_of(path)) is not stands
     dropped = said_of(path, loose="drop")
-    assert ("check whether the drawing stands upright" in dropped) is not stands
+    assert ("whether the drawing stands upright" in dropped) is not stands
     assert "try --loose drop" not in dropped
