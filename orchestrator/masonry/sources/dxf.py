@@ -138,28 +138,32 @@ def _read(document: Any, chord: float) -> Read:
         if seen.hidden or seen.kind not in (*DRAWN, *FILLED):
             left.append(seen)
             continue
-        for path in _paths(seen):
+        for path, is_curved in _paths(seen):
             points = np.array(list(islice(path.flattening(chord), LARGEST_CORNERS + 1)), dtype=float).reshape(-1, 3)
             corners += len(points)
             if corners > LARGEST_CORNERS:
                 raise CaseError("", f"more than {LARGEST_CORNERS} corners", "raise --tolerance or import it in parts")
             if seen.kind in FILLED and len(points) > 2:
                 closed = np.vstack([points, points[:1]])
-                areas.append(Filled(seen.layer, closed, number, path.has_curves))
+                areas.append(Filled(seen.layer, closed, number, is_curved))
             elif len(points) > 1 and seen.kind in DRAWN:
                 lines.append((seen.layer, points))
-                curved |= path.has_curves
+                curved |= is_curved
     return Read(lines, areas, curved, left)
 
 
-def _paths(seen: Seen) -> Iterator[Any]:
-    """Yield what bounds an entity, one path for each part of a hatch."""
+def _paths(seen: Seen) -> Iterator[tuple[Any, bool]]:
+    """Yield what bounds an entity and flattens, one for each part of a hatch, and whether it has curves.
+
+    A spline flattens itself: as a path it is made of cubic curves, which are near it, not on it, for other degrees.
+    """
     from ezdxf.path import from_hatch, make_path
 
-    if seen.kind in ("HATCH", "MPOLYGON"):
-        yield from from_hatch(seen.entity)
-    else:
-        yield make_path(seen.entity)
+    if seen.kind == "SPLINE":
+        yield seen.entity, True
+        return
+    paths = from_hatch(seen.entity) if seen.kind in ("HATCH", "MPOLYGON") else [make_path(seen.entity)]
+    yield from ((path, path.has_curves) for path in paths)
 
 
 def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 0) -> int:

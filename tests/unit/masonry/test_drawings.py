@@ -7,6 +7,7 @@ from itertools import pairwise
 import ezdxf
 import numpy as np
 import pytest
+from scipy.interpolate import BPoly
 
 from orchestrator.app.intake import import_wall
 from orchestrator.basis.errors import CaseError
@@ -158,6 +159,22 @@ def test_a_tolerance_is_not_promised_to_close_a_wall_with_curves(tmp_path):
     document.saveas(tmp_path / "spline.dxf")
     with pytest.raises(CaseError, match=r'--tolerance "8 mm" may close the wall: curves are read anew with it'):
         read(tmp_path / "spline.dxf", ground="")
+
+
+def test_a_spline_of_degree_four_is_read_where_it_runs(tmp_path):
+    """Its one span is the polynomial of its Bernstein coefficients."""
+    document, heights = ezdxf.new(), np.array([0.5, 0.9, 0.2, 0.9, 0.5])
+    document.header["$INSUNITS"] = METRES
+    top = document.modelspace().add_spline(degree=4, dxfattribs={"layer": "blocks"})
+    top.control_points = [(0.25 * k, height, 0) for k, height in enumerate(heights)]
+    top.knots = [0] * 5 + [1] * 5
+    sides = [(0, 0.5), (0, 0), (1, 0), (1, 0.5)]
+    document.modelspace().add_lwpolyline(sides, dxfattribs={"layer": "blocks"})
+    document.saveas(tmp_path / "spline.dxf")
+    taken = import_wall(tmp_path / "spline.dxf", MATERIAL | {"ground": "0.2 m", "tolerance": "0.1 mm"})
+    (stone,) = (block for block in taken.wall.blocks if not block.fixed)
+    x, y = stone.polygon[stone.polygon[:, 1] > 0].T
+    assert y == pytest.approx(BPoly(heights[:, None], [0, 1])(x), abs=1e-5)
 
 
 @pytest.mark.parametrize("overlap", [2, 5, 6])

@@ -28,8 +28,15 @@ def test_a_stone_that_was_left_out_is_named_with_place_and_size(tmp_path):
     file = polylines(tmp_path / "wall.dxf", without(BOND, at(BOND, 0.75, 0.625)), error=2e-4)
     remarks = import_wall(file, {"thickness": "0.3 m"}).remarks
     assert [said for said in remarks if "hole" in said] == [
-        "1 hole of a stone's size between stones: 0.5 m x 0.25 m at (0.75, 0.625) m"
+        "1 hole of the size of a stone or two between stones: 0.5 m x 0.25 m at (0.75, 0.625) m"
     ]
+
+
+def test_two_neighbours_that_were_left_out_are_one_hole():
+    """Nothing was told of it: a hole was of one stone's size."""
+    left, right = at(BOND, 0.75, 0.625), at(BOND, 1.25, 0.625)
+    (said,) = said_holes(without(BOND, left, right))
+    assert "1 m x 0.25 m at (1, 0.625) m" in said
 
 
 def test_a_hole_is_as_large_as_the_stone_that_was_there():
@@ -52,7 +59,7 @@ def test_a_stone_of_rubble_that_was_left_out_is_named():
     wall = rubble(Rubble(2.4, 2.0, stone=0.35, seed=3))
     assert said_holes(wall) == []
     (said,) = said_holes(without(wall, at(wall, 1.2, 1.0)))
-    assert said.startswith("1 hole of a stone's size between stones: ")
+    assert said.startswith("1 hole of the size of a stone or two between stones: ")
 
 
 @pytest.mark.parametrize("place", [(0.25, 0.125), (1.0, 1.375)])
