@@ -26,6 +26,7 @@ from orchestrator.storage.notes import (
     is_of_every_stone,
     is_to_be_distrusted,
     most_that_stones_bear,
+    rigid_stones_alone,
     standing_is_open,
     without_reference,
 )
@@ -198,7 +199,7 @@ def answer_of_run(summary: Summary) -> str:
     pushed, limit, stones = first_of_valid(summary.pushover), summary.limit_analysis, summary.wall.blocks
     if pushed is None:
         takes = f", which takes {_and(plastic)}" if (plastic := _bonds(summary)) else ""
-        alone = standing_is_open(limit) or f"limit analysis alone stands{takes}"
+        alone = standing_is_open(limit) or f"limit analysis alone stands{takes}{_but(rigid_stones_alone(limit))}"
         return f"No peak counts: none of the curves is valid; {alone}."
     bodies = "every stone" if is_of_every_stone(pushed, stones) else "macroblocks"
     peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
@@ -227,7 +228,8 @@ def answer_of_run(summary: Summary) -> str:
 
 def _take_limit_analysis(limit: LimitSummary) -> str:
     """Return what to go by where no curve counts: nothing, where it is open whether the wall stands."""
-    return standing_is_open(limit) or f"take limit analysis (λ = {_limit(limit.multiplier)})"
+    taken = f"take limit analysis (λ = {_limit(limit.multiplier)}){_but(rigid_stones_alone(limit))}"
+    return standing_is_open(limit) or taken
 
 
 def _but(doubt: str | None) -> str:

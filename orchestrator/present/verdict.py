@@ -21,6 +21,7 @@ from orchestrator.storage.notes import (
     COARSE_TOES,
     cautions,
     first_of_valid,
+    rigid_stones_alone,
     standing_is_open,
     why_not,
     without_reference,
@@ -194,7 +195,8 @@ def _of_curve(pushed: PushoverSummary, summary: Summary, doubts: list[str]) -> d
 
 
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
-    said = [*([] if limit.kind == "collapse state" else [limit.kind]), *doubts]
+    rigid = rigid_stones_alone(limit)
+    said = [*([] if limit.kind == "collapse state" else [limit.kind]), *([rigid] if rigid else []), *doubts]
     if is_open := standing_is_open(limit):
         return {"check": LIMIT, "unit": "", "remarks": (is_open, *said), "verified": "not made"}
     row = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}

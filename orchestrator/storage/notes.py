@@ -14,6 +14,7 @@ from math import inf
 
 from orchestrator.assessment.capacity import OUTSIDE
 from orchestrator.basis.printed import millimetres, percent_of, printed, wedged_words
+from orchestrator.limit_analysis.turning_joints import FAR_LESS
 from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Snap, Summary
 
@@ -226,6 +227,14 @@ def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[st
 def standing_is_open(limit: LimitSummary) -> str | None:
     """Return that limit analysis leaves open whether a wall stands, and why; None where it does not."""
     return f"whether the wall stands is open: {wedged_words(limit.going_down)}" if limit.going_down else None
+
+
+def rigid_stones_alone(limit: LimitSummary) -> str | None:
+    """Return that limit analysis speaks of rigid stones, where stones that give way at edges bear far less; None where
+    they do not."""
+    bears = min(limit.multiplier, limit.rigid_peak or limit.multiplier)
+    far_less = limit.pressed_peak is not None and limit.pressed_peak < (1.0 - FAR_LESS) * bears
+    return "rigid stones bear far more than is left as they give way at edges" if far_less else None
 
 
 def without_reference(summary: Summary) -> str | None:

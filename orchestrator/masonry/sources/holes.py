@@ -1,4 +1,4 @@
-"""Holes of the size of a stone or two that stones enclose: stones left out, or a small opening; said without judging."""
+"""Holes of the size of a stone or two between stones: left out, or a small opening; said without judging."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from orchestrator.basis.printed import as_place, counted, few
 from orchestrator.masonry.wall import Wall, shapes
 
 SIZES = (0.25, 2.2)
-"""times the median and the largest area of the stones between which a hole is of the size of a stone or two; doors and windows are
-larger, what is left between stones that do not fit is smaller"""
+"""times the median and the largest area of the stones between which a hole is of the size of a stone or two; doors and
+windows are larger, what is left between stones that do not fit is smaller"""
 CRACK = 1e-3
 """part of a stone's size (root of the median area): joints that are open by less enclose a hole all the same"""
 
 
 def said_holes(wall: Wall) -> list[str]:
-    """Return a remark on holes of the size of a stone or two, with place and size of the first; nothing where there is none."""
+    """Return a remark on holes of the size of a stone or two, with place and size of the first, or none."""
     outlines = shapes(wall)
     area = shapely.area(outlines)[[not block.fixed for block in wall.blocks]]
     if not len(area):
@@ -28,7 +28,8 @@ def said_holes(wall: Wall) -> list[str]:
     whole = shapely.buffer(rings, crack, join_style="mitre")
     holes = [hole for hole in whole if SIZES[0] * median < hole.area < SIZES[1] * largest]
     named = [_place(hole) for hole in sorted(holes, key=lambda hole: hole.bounds[1::-1])]
-    return [f"{counted(len(holes), 'hole')} of the size of a stone or two between stones: {few(named)}"] if holes else []
+    said = f"{counted(len(holes), 'hole')} of the size of a stone or two between stones: {few(named)}"
+    return [said] if holes else []
 
 
 def _place(hole: shapely.Polygon) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from orchestrator.limit_analysis import analyse
 from orchestrator.present.answer import answer_of_limit, answer_of_run
+from orchestrator.present.verdict import Answered, verdict
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 from tests.support.verdicts import summary
@@ -27,3 +28,15 @@ def test_beside_a_peak_of_finite_elements_nothing_left_is_called_an_estimate():
     found = replace(summary(), pushover=(replace(micro, displacements="large"),), limit_analysis=limit)
     said = answer_of_run(found)
     assert said.endswith("; by an estimate nothing is left where stones give way at edges.")
+
+
+def test_without_a_valid_curve_limit_analysis_stands_for_rigid_stones_alone():
+    limit = replace(summary().limit_analysis, non_associative=0.25, rigid_peak=None, pressed_peak=0.2)
+    found = replace(summary(), pushover=(replace(PUSHED, valid=False),), limit_analysis=limit)
+    rigid = "rigid stones bear far more than is left as they give way at edges"
+    assert answer_of_run(found).endswith(f"; limit analysis alone stands, but {rigid}.")
+    row = verdict("wall", [Answered("+x", "+x", "mass", found)]).rows[0]
+    assert rigid in row["remarks"]
+    assert row["verified"] == "not made"
+    nearly = replace(found, limit_analysis=replace(limit, pressed_peak=0.24))
+    assert answer_of_run(nearly).endswith("; limit analysis alone stands.")
