@@ -263,7 +263,7 @@ def judged(
     ended = f"it broke off {place(last)}" if failures else ""
     moment = moment_of_load(contact_model, at_peak)
     after = next((one for one in increments() if one.number == peak + 1), None)
-    cracks = coarse_cracks(bodies, contact_model.contacts, at_peak, after, moment, contact_model.height)
+    cracks = coarse_cracks(bodies, contact_model.joint_contacts, at_peak, after, moment, contact_model.height)
     invalid = _invalid(model, curve, first_misfit(rows), effort.energy_error, bound, cracks, ended)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.PushoverSummary(
@@ -274,7 +274,7 @@ def judged(
         **largest(rows), seconds=seconds, peak_memory=peak_memory(), stopped_because=curve.stopped_because,
         complaint=str(complaints[0]) if complaints else None,
         valid=invalid is None, not_valid_because=None if invalid is None else invalid.detail,
-        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, moment),
+        toe_error=coarse_toes(bodies, contact_model.joint_contacts, at_peak, moment),
         crack_size=cracks.size, crack_error=cracks.error,
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),

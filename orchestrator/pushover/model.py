@@ -116,6 +116,11 @@ class ContactModel:
         """All contacts that have a place in an Increment's arrays, with the numbers of nodes in `meshes`."""
         return (self.tracking.possible if self.tracking else self.contacts).renumbered(self.front.number)
 
+    @property
+    def joint_contacts(self) -> Contacts:
+        """Contacts of the joints in the undeformed wall: the first that have a place in an Increment's arrays."""
+        return self.tracking.possible.chosen(np.arange(self.tracking.touching)) if self.tracking else self.contacts
+
     def on_its_contacts(self, values: FloatArray) -> FloatArray:
         """Return the part (c, ...) of `values` (possible, ...); what a contact that has gone carried is handed over."""
         moved, (old, new) = values.copy(), self.heirs.T
