@@ -110,4 +110,4 @@ def moment_of_load(contact_model: ContactModel, state: Increment) -> float:
     side = contact_model.forward[0]
     arm = (side * nodes[:, 0]).max() - side * nodes[:, 0]
     moment = side * (across @ (nodes[:, 1] - nodes[:, 1].min())) + up @ arm
-    return max(abs(state.load_multiplier * float(moment)), np.finfo(float).tiny)
+    return max(abs(state.load_multiplier * float(moment)), float(np.finfo(float).tiny))

@@ -320,9 +320,9 @@ def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: L
     """Raise CaseError for a limit analysis of another wall, or one that was made under other loads."""
     refuse_other_analysis(assemblage, analysis)
     free = np.array([not block.fixed for block in assemblage.wall.blocks])
-    arms = np.column_stack([np.ones((free.sum(), 2)), np.sqrt(block_areas(assemblage.wall)[free])])
+    arms = np.sqrt(block_areas(assemblage.wall)[free])[:, None] ** np.array([0, 0, 1, 0, 0, 1, 1, 1])
     both = loads_on(assemblage.wall, load), analysis.loads
-    pushed, analysed = (np.hstack([loads.dead[free] / arms, loads.live[free] / arms]) for loads in both)
+    pushed, analysed = (np.hstack([loads.dead, loads.live, loads.moments_turned])[free] / arms for loads in both)
     if np.abs(pushed - analysed).sum() > SAME_LOAD * np.abs(pushed).sum():
         remedy = "give `analyse` the loads loads_on(wall, load), and `push` the same load"
         raise CaseError("load", "is not the load of this limit analysis", remedy)

@@ -75,10 +75,10 @@ def analyse(
     elastic_modulus: of stones that have none of their own, Pa: the state in small displacements depends on ratios of
     stiffness alone, the peak in large ones on weight x size over the modulus, and the headline where that peak is it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
-    view: neither its numbering nor the side it is seen from matters. Raises CaseError for arguments of another kind,
-    loads of another wall or a modulus of no stone, when the wall cannot stand under its dead load, just can, or no live
-    load brings it down, ConvergenceError when the associative program cannot be solved. A non-associative answer that
-    cannot be found is None, and `remarks` says why. Source: docs/theory.md.
+    view: neither its numbering nor, unless the live load is upright, the side it is seen from matters. Raises CaseError
+    for arguments of another kind, loads of another wall or a modulus of no stone, when the wall cannot stand under its
+    dead load, just can, or no live load brings it down, ConvergenceError when the associative program cannot be solved.
+    A non-associative answer that cannot be found is None, and `remarks` says why. Source: docs/theory.md.
     """
     started = perf_counter()
     remedy = "write analyse(assemblage, settings, loads), or analyse(assemblage, loads=loads_on(assemblage.wall, load))"

@@ -89,7 +89,7 @@ def off_headline(
             way = pushing.pushed(stands, analysis.associative.load_multiplier)
             last = way.peak.multiplier / scale
         spent += pushing.spent * work_of(partition.count)
-        off = max(off, 1.0 - last / low, last / high - 1.0)
+        off = max(off, 1.0 - last / low if low > 0.0 else 0.0, last / high - 1.0)
         if off > most or not stands.rests:
             break
     return off if stands.rests else np.inf, spent

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from annotated_types import Ge, Gt, Lt, MinLen
+from annotated_types import Ge, Lt, MinLen
 
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.basis.units import Unit
+from orchestrator.masonry.block_properties import ElasticModulus
 from orchestrator.masonry.wall import Friction, Thickness, UnitWeight, Wall
 
 PROPERTIES = ("unit_weight", "thickness", "friction", "elastic_modulus", "poisson_ratio")
@@ -29,7 +29,7 @@ class BlockClass(Checked):
     and stiffness of a thinner block over the wall's thickness"""
     friction: Friction | None = None
     """coefficient of friction of all its joints, of two blocks the lower one; [joints] may change it"""
-    elastic_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
+    elastic_modulus: ElasticModulus | None = None
     """Young's modulus; a macroblock has the mean of its blocks by volume"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] | None = None
     """lateral contraction over axial strain"""

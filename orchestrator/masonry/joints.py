@@ -28,11 +28,22 @@ from orchestrator.masonry.block_properties import (
     weights_that_move,
 )
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
-from orchestrator.masonry.wall import ROUNDING, Friction, Wall, check_wall, doubted_size, rounding_of
+from orchestrator.masonry.wall import (
+    LARGEST_MORTAR,
+    LARGEST_TOLERANCE,
+    ROUNDING,
+    Friction,
+    Wall,
+    check_wall,
+    doubted_size,
+    rounding_of,
+)
 
 SHORTEST = 100.0 * ROUNDING
 """part of the smaller stone's size (root of its area) that a joint is long: where ends may lie off by the rounding of a
 drawing, a shorter one has a direction that is not known to 0.01 rad"""
+AS_STEEP = 1e-3
+"""part by which a joint may rise more than it goes across and be as near to the horizontal as to the vertical"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +51,7 @@ class JointClass(Checked):
     """Joints of one kind and what they can carry; a value that is left out stays as it was."""
 
     orientation: Literal["any", "bed", "head"] = "any"
-    """bed joints are nearer to the horizontal, head joints to the vertical"""
+    """bed joints are nearer to the horizontal, head joints to the vertical; at 45 degrees joints are bed joints"""
     between: tuple[str, ...] = ()
     """the two materials that meet, in either order (materials are those of the block file); none: all"""
     friction: Friction | None = None
@@ -187,18 +198,22 @@ def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Ass
 def fitting(assemblage: Assemblage, joint_class: JointClass) -> npt.NDArray[np.bool_]:
     """Return which joints (k,) a class fits."""
     joints = assemblage.joints
-    horizontal, vertical = np.abs(joints.end - joints.start).T
-    fits: npt.NDArray[np.bool_] = {
-        "any": horizontal >= 0,
-        "bed": horizontal > vertical,
-        "head": horizontal <= vertical,
-    }[joint_class.orientation]
+    if joint_class.orientation == "any":
+        fits = np.ones(joints.count, np.bool_)
+    else:
+        fits = is_bed(joints) == (joint_class.orientation == "bed")
     if not joint_class.between:
         return fits
     material = np.array([block.material for block in assemblage.wall.blocks])
     one, other = joint_class.between
     i, j = material[joints.i], material[joints.j]
     return fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
+
+
+def is_bed(joints: Interfaces) -> npt.NDArray[np.bool_]:
+    """Return which joints (k,) are nearer to the horizontal, or as near to it as to the vertical but for AS_STEEP."""
+    across, up = np.abs(joints.end - joints.start).T
+    return across > (1.0 - AS_STEEP) * up
 
 
 def values_of(joint_class: JointClass) -> dict[str, float]:
@@ -287,6 +302,7 @@ def check_assemblage(assemblage: Assemblage) -> None:
     problem += f"; {len(apart)} of {free} blocks alike" if len(apart) > 1 else ""
     remedy = "move it until it shares a joint, or remove it"
     if 0 < widest < VISIBLE * np.sqrt(outlines[first].area):
-        tolerance = f"{rounded_up(1e3 * widest):g} mm"
-        remedy = f'close such gaps: import the file with --tolerance "{tolerance}", or --mortar "{tolerance}"'
+        wide, largest = rounded_up(1e3 * widest), {"--tolerance": LARGEST_TOLERANCE, "--mortar": LARGEST_MORTAR}
+        named = [f'{option} "{wide:g} mm"' for option, most in largest.items() if wide <= 1e3 * most]
+        remedy = f"close such gaps: import the file with {', or '.join(named)}" if named else remedy
     raise CaseError(f"block {blocks[first].id}", problem, doubted_size(assemblage.wall) or remedy)

@@ -1,7 +1,7 @@
 """Ties in the plane: bars between two blocks, or a block and an anchor, that pull up to a strength and never push.
 
-A tie is added to the joints as one of length L = TIE_LENGTH x a block's size at its first end, across its line. It has
-no friction and no cohesion, so it carries along the line only; its tensile strength is the tie's, its compressive
+A tie is added to the joints as one of length L = TIE_LENGTH x the size of stones at its first end, across its line. It
+has no friction and no cohesion, so it carries along the line only; its tensile strength is the tie's, its compressive
 strength next to nothing, or the same where it pushes too. With the rectangular stress block it could carry a moment of
 at most strength x L/8 (L/4 where it pushes) when it carries half its strength, and none when it yields. Here it is
 rigid and plastic: a pretension changes nothing of the collapse multiplier. The FE pushover has its stiffness
@@ -28,8 +28,8 @@ from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 
 TIE_LENGTH = 1e-5
-"""length of the joint that stands for a tie, over the root of a block's mean area. A block held by an anchor turns at
-its multiplier to 7e-10; 1e-7 would leave 8e-7, as both ends become one to the linear program"""
+"""length of the joint that stands for a tie, over the root of the mean area of blocks that move. A block held by an
+anchor turns at its multiplier to 7e-10; 1e-7 would leave 8e-7, as both ends become one to the linear program"""
 NO_THRUST = 1e-9
 """compressive over tensile strength of that joint"""
 ANCHOR = -1
@@ -95,7 +95,8 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie], settling: int | None 
     first, last = (np.array([getattr(tie, name) for tie in ties], dtype=float) for name in ("start", "end"))
     across = np.column_stack([first[:, 1] - last[:, 1], last[:, 0] - first[:, 0]])  # the normal then leads to the end
     across /= np.linalg.norm(across, axis=1)[:, None]
-    length = TIE_LENGTH * float(np.sqrt(np.mean(block_areas(wall))))
+    free = [not block.fixed for block in wall.blocks]
+    length = TIE_LENGTH * float(np.sqrt(np.mean(block_areas(wall)[free])))
     i, j = ends.T
     width = thinner(wall, i, j)
     strength = np.array([tie.strength for tie in ties]) / (length * width)

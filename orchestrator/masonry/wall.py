@@ -27,6 +27,8 @@ LARGEST_COUNT = 100_000
 """blocks of one drawing, or of one pattern"""
 LARGEST_TOLERANCE = 0.05
 """m: the largest gap or overlap that may be taken for an error of a drawing"""
+LARGEST_MORTAR = 0.1
+"""m: the widest mortar joint that may be drawn as a gap"""
 ROUNDING = 2.5e-5
 """part of a stone's size (root of the median area) over which outlines are joined: the rounding of a drawing, 0.01 mm
 on a stone of 0.4 m"""

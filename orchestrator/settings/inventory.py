@@ -20,7 +20,7 @@ from orchestrator.loads.block_loads import LiveLoad, upright_resultant
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.block_properties import block_areas, block_weights
 from orchestrator.masonry.interfaces import Interfaces
-from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.joints import Assemblage, is_bed
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.settings.case import Case
 
@@ -215,12 +215,13 @@ Key = tuple[tuple[str, str], tuple[float, ...], tuple[float, ...] | str]
 def _grouped(assemblage: Assemblage) -> dict[Key, JointSums]:
     joints = assemblage.joints
     members: dict[Key, list[int]] = defaultdict(list)
+    oriented = np.where(is_bed(joints), "bed", "head")
     for k, key in enumerate(_keys(assemblage)):
         members[key].append(k)
     return {
         key: JointSums(
             between=key[0],
-            orientation=" and ".join(sorted({_orientation(assemblage, k) for k in inside})),
+            orientation=" and ".join(np.unique(oriented[inside])),
             joints=len(inside),
             length=float(joints.length[inside].sum()),
             friction=float(joints.friction[inside[0]]),
@@ -238,14 +239,10 @@ def _extremes(values: FloatArray) -> Range:
     return float(values.min()), float(values.max())
 
 
-def _orientation(assemblage: Assemblage, joint: int) -> str:
-    along, across = np.abs(assemblage.joints.end[joint] - assemblage.joints.start[joint])
-    return "bed" if along > across else "head"
-
-
 def _keys(assemblage: Assemblage) -> list[Key]:
     """Return for each joint (k,) what makes its class."""
     blocks, joints = assemblage.wall.blocks, assemblage.joints
+    oriented = np.where(is_bed(joints), "bed", "head")
     strengths = [_rounded(joints, k, STRENGTHS) for k in range(joints.count)]
     stiffness = [_rounded(joints, k, STIFFNESS) for k in range(joints.count)]
     alike: list[Alike] = []
@@ -255,7 +252,7 @@ def _keys(assemblage: Assemblage) -> list[Key]:
         alike.append(((one, other), strong, tuple(map(isinf, stiff))))
         stiffnesses[alike[-1]].add(stiff)
     return [
-        (*like[:2], stiff if len(stiffnesses[like]) <= MANY else f"{_orientation(assemblage, k)} {like[2]}")
+        (*like[:2], stiff if len(stiffnesses[like]) <= MANY else f"{oriented[k]} {like[2]}")
         for k, (like, stiff) in enumerate(zip(alike, stiffness, strict=True))
     ]
 

@@ -183,6 +183,9 @@ def test_push_refuses_a_limit_analysis_under_another_load():
     middle, edge = (LoadSettings(dead=(DeadLoad((1,), force=FLOOR, at=(x, HEIGHT)),)) for x in (0.0, WIDTH / 4))
     with pytest.raises(CaseError, match="load: is not the load of this limit analysis"):
         push(assemblage, analyse(assemblage, loads=loads_on(assemblage.wall, middle)), every_block, edge)
+    top, foot = (LoadSettings(dead=(DeadLoad((1,), force=FLOOR, at=(0.0, y)),)) for y in (HEIGHT, 0.0))
+    with pytest.raises(CaseError, match="load: is not the load of this limit analysis"):
+        push(assemblage, analyse(assemblage, loads=loads_on(assemblage.wall, top)), every_block, foot)
 
 
 SLENDER = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))

@@ -26,6 +26,7 @@ from orchestrator.masonry.sources.mended_outlines import mended, said_of_spikes
 from orchestrator.masonry.sources.said_of_healing import ThinStoneError, folded, said_of_healing, thin_stone
 from orchestrator.masonry.wall import (
     LARGEST_COUNT,
+    LARGEST_MORTAR,
     LARGEST_TOLERANCE,
     PLAUSIBLE,
     Block,
@@ -71,7 +72,7 @@ class HealingSettings(Checked):
     """largest gap or overlap that is closed; also how near two ends of lines must be to meet"""
     ground: Annotated[float, Gt(0), Unit("m")] | None = None
     """puts a support under the wall that reaches this far beyond it on both sides; none: supports are drawn"""
-    mortar: Annotated[float, Ge(0), Le(0.1), Unit("m")] = 0.0
+    mortar: Annotated[float, Ge(0), Le(LARGEST_MORTAR), Unit("m")] = 0.0
     """widest mortar joint that is drawn as a gap: closed to its middle, its thickness kept with the wall"""
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.joint_warnings import short_contacts
-from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints
+from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints, is_bed
 from orchestrator.masonry.sources.block_files import read_blocks, wall_from
 from orchestrator.masonry.wall import Block, Wall, check_wall
 from tests.support.paths import DATA, PROJECT
@@ -94,6 +94,25 @@ def test_a_gap_and_a_contact_are_joints_or_not_by_their_share_of_a_stone(scale):
     place = f"blocks 11 and 12 at ({scale * 0.999:.4g}, {scale * 1.0:.4g}) m, {2 * scale:g} mm"
     remedy = "joints.minimum_length says what is long enough"
     assert said == f"WARNING: 1 contact of stones is too short for a joint: {place}; {remedy}"
+
+
+@pytest.mark.parametrize("shift", [0.0, 3.7, 5.1])
+def test_joints_at_45_degrees_are_bed_joints_wherever_the_wall_stands(shift):
+    """Rounding decided: of an arch of four voussoirs the left one was a head joint, the right one a bed joint."""
+    inner, outer = (
+        radius * np.column_stack([np.cos(at), np.sin(at)]) + [shift, 0.0]
+        for at, radius in ((np.linspace(0, np.pi, 5), radius) for radius in (1.0, 1.2))
+    )
+    voussoirs = [([inner[k], outer[k], outer[k + 1], inner[k + 1]], k == 0) for k in range(4)]
+    joints = find_joints(wall(*voussoirs), JointSettings()).joints
+    assert is_bed(joints).tolist() == [True, False, True]
+
+
+def test_a_gap_is_not_told_to_be_closed_by_more_than_an_option_takes():
+    """Two stones 60 mm apart: import takes a tolerance of 50 mm at most."""
+    stone, above = ([[0, 0], [1, 0], [1, 1], [0, 1]], False), ([[0, 1.06], [1, 1.06], [1, 2], [0, 2]], False)
+    with pytest.raises(CaseError, match=r'import the file with --mortar "80 mm"$'):
+        check_assemblage(find_joints(wall(GROUND, stone, above), JointSettings()))
 
 
 def test_groups_without_support_are_named():
