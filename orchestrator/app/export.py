@@ -72,10 +72,10 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
         problem = "decks carry weight and a horizontal load proportional to mass only"
         raise CaseError(key, problem, "leave it out, or export the mesh", str(case.file))
     joints = segmented.assemblage.joints
-    laws = (1.0 / joints.normal_stiffness, 1.0 / joints.shear_stiffness, 1.0 / joints.compressive_strength)
-    if kind in DECKS and any(law.any() for law in laws):
-        problem = "decks carry rigid joints that do not crush"
-        raise CaseError("joints.classes", problem, "leave stiffness and compressive strength out", str(case.file))
+    compliances = (1.0 / joints.normal_stiffness, 1.0 / joints.shear_stiffness, 1.0 / joints.compressive_strength)
+    if kind in DECKS and any(law.any() for law in (*compliances, joints.cohesion, joints.tensile_strength)):
+        problem = "decks carry rigid joints of friction alone"
+        raise CaseError("joints.classes", problem, "leave stiffness and strengths out", str(case.file))
     bodies = segmented.bodies_of(model)
     if model == "macro" and len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in DECKS:
         problem = "a deck gives a body one density, and macroblocks join blocks of several"

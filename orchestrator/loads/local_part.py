@@ -41,11 +41,6 @@ class Shares:
         """The one by which a part is judged."""
         return max(self.dead, self.live)
 
-    @property
-    def smaller(self) -> float:
-        """The one by which it is judged whether a part is the wall."""
-        return min(self.dead, self.live)
-
 
 def taking_part(dead: FloatArray, live: FloatArray, motion: FloatArray) -> Shares:
     """Return the shares of the loads that take part in a motion; dead, live, motion (n,): magnitudes for each block.

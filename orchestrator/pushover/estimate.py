@@ -140,5 +140,5 @@ def warning_of(expected: Estimate, free: float) -> str:
     """Return a warning about a run that takes much of the memory, or "". Raises CaseError where it takes too much."""
     if expected.memory > free:
         problem = f"needs {expected}, this machine has {free / 1e9:.2g} GB free"
-        raise CaseError("mesh.size", problem, "choose larger elements or fewer layers; macroblocks need less")
+        raise CaseError("mesh.size", problem, "choose larger elements; fewer bodies need less")
     return f"WARNING: large: {expected} of {free / 1e9:.2g} GB free" if expected.memory > WARNED * free else ""

@@ -33,8 +33,7 @@ class ContactSettings(Checked):
     The initial stiffness feels it: every joint is as soft as tolerance over friction x force. So does the peak where
     stones are keyed into one another and the tolerance is larger than what they are strained by: friction then leaves
     to the keys what it would bear (a joggled arch bears 0.243, 0.244, 0.285 and 0.322 at 0.00001, 0.001, 0.01, 0.1 mm).
-    On benchmark 1 micro-FE has 19.8, 34.4 and 38.8 kN/mm at 0.01, 0.001 and 0.0001 mm; macroblocks, with fewer joints,
-    32.6, 39.4 and 41.4.
+    Macroblocks, with fewer joints, seem stiffer for it (docs/runs.md).
     """
 
     slip_tolerance: Annotated[float, Ge(1e-12), Le(1), Unit("m")] | None = None

@@ -276,7 +276,7 @@ def remarks(summary: Summary) -> list[str]:
             said.append(
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "
                 f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "
-                "take --model micro, or smaller tolerances"
+                "take --model micro"
             )
         if pushed.initial_stiffness is None:
             said.append(

@@ -12,7 +12,7 @@ from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path.body_overlap import Misfit
 
 EQUILIBRIUM = 1e-3
-"""largest |multiplier x horizontal load - base shear| / horizontal load along the curve"""
+"""largest |multiplier x horizontal load - base shear| along the curve / its largest base shear"""
 ENERGY = 0.01
 """largest imbalance of work and energies / (stored energy + friction + live load's work)"""
 MISSING = "of stored energy, friction and the live load's work is missing"

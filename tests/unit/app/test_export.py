@@ -73,6 +73,16 @@ def test_decks_refuse_loads_that_they_would_leave_out(tmp_path, capsys):
     assert not path.exists()
 
 
+def test_decks_refuse_joints_of_more_than_friction(tmp_path, capsys):
+    """Cohesion was left out without a word."""
+    case = tmp_path / "case.toml"
+    case.write_text(f'[wall]\nblocks = "{WALL_1}"\n[[joints.classes]]\ncohesion = "10 kPa"\n')
+    path = tmp_path / "wall.inp"
+    assert main(["export", str(case), "--format", "calculix", "--output", str(path)]) == 2
+    assert "joints.classes: decks carry rigid joints of friction alone; " in capsys.readouterr().err
+    assert not path.exists()
+
+
 def test_decks_refuse_macroblocks_of_stones_of_different_weight(tmp_path, capsys):
     record = json.loads(WALL_1.read_text())
     record["blocks"][-1]["unit_weight"] = 50
