@@ -10,8 +10,6 @@ import logging
 from dataclasses import dataclass, replace
 from time import perf_counter
 
-import numpy as np
-
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
 from orchestrator.basis.printed import as_lambda, counted
@@ -161,9 +159,7 @@ def left_by_sequence(
 
     def path(part: Problem, its_optimum: LimitSolution) -> LoadPath | None:
         state = sequence if part is problem else sequence_state(part, its_optimum, settings)[0]
-        return (
-            None if state is None else LoadPath(np.array([0.0, state.load_multiplier]), np.ones(2), (), state, 0, 0.0)
-        )
+        return None if state is None else LoadPath.unloaded(state)
 
     found = peeled(problem, loads, optimum, settings.local_share, Road(path, lambda part: None))
     return found if found is not None and found.local_failures else None

@@ -18,6 +18,7 @@ from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.printed import counted
 from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.settings import SteppingSettings
 from orchestrator.settings.case import Case
 from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums
 
@@ -153,7 +154,8 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
         yield f"UNUSUAL: contact.slip_tolerance {slip:g} m is {stones}; is {slip:g} mm meant?"
     moved = case.stepping.final_displacement
     if moved is not None and moved < LEAST_END * height:
-        usual = f"a wall of {height:.3g} m; leave it out, and it is {1e3 * height / 30:.3g} mm"
+        end = SteppingSettings().end_of(height)
+        usual = f"a wall of {height:.3g} m; leave it out, and it is {1e3 * end:.3g} mm"
         yield f"UNUSUAL: stepping.final_displacement {moved:g} m is too little to load {usual}"
     if moved is not None and moved > height:
         yield f"UNUSUAL: stepping.final_displacement {moved:g} m is more than the wall's height; is {moved:g} mm meant?"

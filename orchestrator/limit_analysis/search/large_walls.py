@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.problem import Problem
@@ -28,9 +27,7 @@ def large_path(problem: Problem, optimum: LimitSolution) -> LoadPath | None:
     state = None if problem.friction.tension.any() else smoothed_state(problem, optimum)
     if state is None:
         return None
-    return LoadPath(
-        read_only([0.0, state.load_multiplier]), read_only([1.0, 1.0]), (), state, state.records[0].iterations, 0.0
-    )
+    return LoadPath.unloaded(state, state.records[0].iterations)
 
 
 def smoothed_state(problem: Problem, optimum: LimitSolution) -> LimitState | None:

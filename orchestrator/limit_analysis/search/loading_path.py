@@ -72,6 +72,12 @@ class LoadPath:
     carries: LimitState | None = None
     counts: dict[str, int] = field(default_factory=dict)
 
+    @staticmethod
+    def unloaded(state: LimitState, factorisations: int = 0) -> LoadPath:
+        """Return the path of a wall that was not loaded: nothing is known of the way to its state."""
+        ends = read_only([0.0, state.load_multiplier]), read_only([1.0, 1.0])
+        return LoadPath(*ends, (), state, factorisations, 0.0)
+
     @property
     def last_rest(self) -> float:
         """Largest multiplier at which the wall was found at rest."""

@@ -135,9 +135,7 @@ class Overdamped:
                 return Moved(position, change, multiplier, flow, True)
             taken = self.taken(velocity, change, multiplier)
             fell = min(fell, self.spent) if (1.0 - taken) * multiplier < too_little else np.inf
-            if np.abs(change).max() > FALLEN:
-                break
-            if self.is_lost(start, position, change, multiplier):
+            if np.abs(change).max() > FALLEN or self.is_lost(start, position, change, multiplier):
                 break
             if not slower:
                 drag *= EASIER if found.effort <= EASY else HARDER
