@@ -57,6 +57,10 @@ IMPORTED = (
     | dict.fromkeys(PICTURES, "a picture")
 )
 """what a file that is no case file is, by its ending"""
+NOT_DRAWN = dict.fromkeys(DRAWINGS + VECTORS, ("--thickness", "300 mm")) | dict.fromkeys(
+    PICTURES, ("--thickness", "300 mm", "--scale", "2 mm")
+)
+"""what `import` has to be given with such a file, as an example"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +237,7 @@ def record_in(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
     except CaseError:
         if suffix not in IMPORTED or not path.is_file():
             raise
-        words = shlex.join(["import", str(path), "--output", f"{path.stem}.json"])
+        words = shlex.join(["import", str(path), *NOT_DRAWN.get(suffix, ()), "--output", f"{path.stem}.json"])
         remedy = f"`python -m orchestrator {words}` makes a wall of it"
         raise CaseError("", f"is {IMPORTED[suffix]}", remedy) from None
     for override in overrides:

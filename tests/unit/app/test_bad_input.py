@@ -196,15 +196,20 @@ def test_block_file(kind, tmp_path, output, capsys):
 
 @pytest.mark.parametrize("command", ["check", "limit", "run", "study", "export"])
 @pytest.mark.parametrize(
-    ("name", "kind"),
-    [("wall.dxf", "a drawing"), ("wall.SVG", "a drawing"), ("wall.txt", "row notation"), ("wall.png", "a picture")],
+    ("name", "kind", "needed"),
+    [
+        ("wall.dxf", "a drawing", "--thickness '300 mm' "),
+        ("wall.SVG", "a drawing", "--thickness '300 mm' "),
+        ("wall.txt", "row notation", ""),
+        ("wall.png", "a picture", "--thickness '300 mm' --scale '2 mm' "),
+    ],
 )
-def test_a_drawing_is_no_case(command, name, kind, tmp_path, capsys):
+def test_a_drawing_is_no_case(command, name, kind, needed, tmp_path, capsys):
     file = tmp_path / name
     file.write_bytes(b"\x89PNG" if name == "wall.png" else b"0\nSECTION\n")
     line = refused(capsys, command, file)
     assert line.startswith(f"{file}: is {kind}")
-    assert f"; `python -m orchestrator import {file} --output wall.json` makes a wall of it" in line
+    assert f"; `python -m orchestrator import {file} {needed}--output wall.json` makes a wall of it" in line
 
 
 @pytest.mark.parametrize("kind", LIMIT_CASES)
