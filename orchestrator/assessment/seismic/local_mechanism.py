@@ -139,8 +139,9 @@ def _mechanism_of(
 def with_bond_opened(assemblage: Assemblage, mechanism: Mechanism) -> Assemblage | None:
     """Return the wall in which joints that open or slip in a mechanism have neither cohesion nor tensile strength, None
     where none of them had any."""
-    joints, body = assemblage.joints, merged(assemblage, mechanism, AS_ONE).body_of_block
-    parts = (body[joints.i] != body[joints.j]) & ((joints.cohesion > 0.0) | (joints.tensile_strength > 0.0))
+    joints, scaled = assemblage.joints, mechanism.scaled(AS_ONE.scale)
+    moves = (np.abs(scaled.opening).max(axis=1) > AS_ONE.tol_n) | (np.abs(scaled.slip) > AS_ONE.tol_s)
+    parts = moves & ((joints.cohesion > 0.0) | (joints.tensile_strength > 0.0))
     if not parts.any():
         return None
     cohesion, tension = (read_only(np.where(parts, 0.0, one)) for one in (joints.cohesion, joints.tensile_strength))
