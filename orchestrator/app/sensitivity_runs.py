@@ -38,6 +38,7 @@ from orchestrator.assessment.sensitivity import (
 )
 from orchestrator.basis.errors import CaseError, ConvergenceError, FallsError, naming
 from orchestrator.basis.parallel import Spread, on_root, workers_into
+from orchestrator.basis.printed import counted
 from orchestrator.basis.program import sources
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.joints import Assemblage, JointClass
@@ -294,16 +295,16 @@ def words(outcome: SensitivityOutcome) -> list[str]:
     if outcome.steep:
         said.insert(0, f"Not compared, as more vertical than horizontal: {', '.join(outcome.steep)}.")
     if known:
-        ordered, _ = fragility(known)
-        low, middle, high = (float(np.quantile(ordered, part)) for part in (0.05, 0.5, 0.95))
-        said.append(
-            f"{len(known)} samples, {outcome.quantity}: from {ordered[0]:.4g} to {ordered[-1]:.4g}, "
-            f"5 % fractile {low:.4g}, median {middle:.4g}, 95 % fractile {high:.4g}."
-        )
+        ordered, probability = fragility(known)
+        low, middle, high = np.interp((0.05, 0.5, 0.95), probability, ordered)
+        found = f"5 % fractile {low:.4g}, median {middle:.4g}, 95 % fractile {high:.4g}"
+        found = found if probability[0] <= 0.05 else f"median {middle:.4g}"  # too few samples for fractiles
+        of_what = f"{counted(len(known), 'sample')}, {outcome.quantity}"
+        said.append(f"{of_what}: from {ordered[0]:.4g} to {ordered[-1]:.4g}, {found}.")
     if outcome.fit is not None:
         fit = outcome.fit
         said.append(f"Lognormal fit: median {fit.median:.4g}, beta {fit.beta:.3f}, off by up to {fit.distance:.2f}.")
-    elif known and known[0] > 0.0 and max(known) - min(known) <= ALIKE * max(known):
+    elif len(known) > 1 and known[0] > 0.0 and max(known) - min(known) <= ALIKE * max(known):
         left_out, told = len(outcome.samples) - len(known), " to what is compared" * bool(outcome.steep)
         said.append(
             f"{len(known)} samples have one answer, {left_out} are left out: whether these ranges matter is not known."
@@ -316,10 +317,10 @@ def words(outcome: SensitivityOutcome) -> list[str]:
         said.append(f"{missing} samples have no answer and are left out: sensitivity.csv says why.")
     others = {kind: count for kind, count in outcome.kinds.items() if kind not in (outcome.kind, NO_ANSWER, FALLS)}
     if others:
-        counted, many = ", ".join(f"{count} {kind}" for kind, count in others.items()), sum(others.values())
+        each, many = ", ".join(f"{count} {kind}" for kind, count in others.items()), sum(others.values())
         have = f"{many} of {len(outcome.samples)} samples ha{'s' if many == 1 else 've'}"
         said.append(
-            f"{have} another kind of answer ({counted}) than {outcome.kind} and are left out of fragility and fit, "
+            f"{have} another kind of answer ({each}) than {outcome.kind} and are left out of fragility and fit, "
             "which say nothing of them."
         )
     return said

@@ -1,4 +1,4 @@
-"""A mechanism that leaves bonds closed keeps them: a dry joint above stones that are bonded to the ground opens alone."""
+"""A mechanism that leaves bonds closed keeps them: what is above a dry joint moves alone on bonded stones."""
 
 from __future__ import annotations
 
