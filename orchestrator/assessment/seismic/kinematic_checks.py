@@ -32,6 +32,11 @@ SEVERAL_TURNS = (
 )
 CHECKS = {"SLD": ("activation",), "SLV": ("linear", "non-linear"), "SLC": ("non-linear",)}
 """of the kinematic approach, at the limit states of Circolare 7/2019"""
+LOWEST_ALONE = (
+    "of the mechanism that starts first alone: what is narrower, as a pinnacle on a pier, starts later and may still "
+    "overturn before"
+)
+"""what is said of displacements that pass: those of no other mechanism are looked at"""
 SLIDING = 0.1
 """part of the live load's power taken by friction above which d_0* is called an upper bound"""
 STRONGER = 10.0
@@ -175,6 +180,8 @@ def _remarks_of_nonlinear(
     if has.friction_share > SLIDING:
         share = f"friction or crushing of joints takes {has.friction_share:.0%} of the live load's power"
         said.append(f"{share}, and is taken to do so to the end: d0* is an upper bound")
+    if ground >= state.peak_ground_acceleration:
+        said.append(LOWEST_ALONE)
     return said
 
 

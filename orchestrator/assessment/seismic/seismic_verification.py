@@ -64,6 +64,8 @@ CLAUSES = {
     "NC": "EN 1998-1 Annex B, EN 1998-3 Annex C (80 %)",
 }
 """of N2, and in brackets what the displacement capacity is"""
+INCLINED = "N2 takes horizontal forces: this live load is inclined, and what it presses or lifts changes the strength"
+"""why the curve of such a load is not verified"""
 
 
 def verify(
@@ -142,6 +144,8 @@ def _idealised(
 ) -> tuple[ControlPoint, Observed, Bilinear]:
     """Return the control point of a curve, what is observed of it, and its bilinear. Raises ResultError for a curve
     that may not be verified."""
+    if load.inclination:
+        raise ResultError("verification", INCLINED)
     if pushover.refused:
         raise ResultError("verification", pushover.refused)
     fallen = pushover.fallen

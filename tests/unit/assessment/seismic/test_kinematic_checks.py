@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from orchestrator.assessment.seismic.kinematic import Kinematics
-from orchestrator.assessment.seismic.kinematic_checks import NOT_TURNING, SEVERAL_TURNS, kinematic_checks
+from orchestrator.assessment.seismic.kinematic_checks import (
+    LOWEST_ALONE,
+    NOT_TURNING,
+    SEVERAL_TURNS,
+    kinematic_checks,
+)
 from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND, InMechanism, loads_in_mechanism
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
@@ -76,6 +81,7 @@ def test_rocking_block_by_hand():
     assert start / 1.2 / AG == pytest.approx(2.0576, abs=1e-4)
     assert any("3.028 m/s2 only: C8.7.1.2.1.8 allows ratio 2.058" in text for text in rocks["remarks"])
     assert any("EN 1998-3 has no kinematic approach: SD as SLV" in text for text in rocks["remarks"])
+    assert LOWEST_ALONE in rocks["remarks"], "it passes"
 
 
 def test_near_collapse_by_hand():

@@ -12,6 +12,7 @@ from orchestrator.assessment.seismic.settings import (
     SeismicSettings,
     largest_force_ratio,
     limit_states,
+    refuse_building,
 )
 from orchestrator.assessment.seismic.spectrum import EC8_GROUND, NTC_PERIOD, NTC_SOIL, spectrum_at_height, spectrum_of
 from orchestrator.basis.errors import CaseError
@@ -150,10 +151,12 @@ STOOD = {"building_height": 9.0, "building_period": 0.3, "storeys": 3}
             "given twice",
         ),
         (SeismicSettings(1.0, mechanism_height=3.0), "seismic.building_height", "9 m"),
+        (SeismicSettings(1.0, storeys=3), "seismic.storeys", "give seismic.mechanism_height with it"),
         (SeismicSettings(1.0, mechanism_height=12.0, **STOOD), "seismic.mechanism_height", "at most building_height"),
     ],
 )
 def test_what_cannot_be_verified_names_its_key(settings, key, said):
     with pytest.raises(CaseError, match=said) as caught:
         [spectrum_at_height(settings, state, 1.0, 0.05) for state in limit_states(settings)]
+        refuse_building(settings)
     assert caught.value.key == key

@@ -8,11 +8,11 @@ import pytest
 from orchestrator.assessment.capacity import Bilinear
 from orchestrator.assessment.seismic.n2 import EquivalentSystem
 from orchestrator.assessment.seismic.observed import Observed, StoredPushover
-from orchestrator.assessment.seismic.seismic_verification import CLAUSES, n2_check, verify
+from orchestrator.assessment.seismic.seismic_verification import CLAUSES, INCLINED, n2_check, verify
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio, verdict
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.loads import LoadSettings
+from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.present.page.seismic_page import LABELS
 from orchestrator.present.plots import verification
 from tests.support.limit_analysis_cases import assemblage_of, box
@@ -118,3 +118,13 @@ def test_the_drifts_of_a_refused_curve_are_listed_where_the_code_limits_them(sta
     assert [row["approach"] for row in found["checks"] if "refused" in row] == refused
     assert not observed
     assert verdict(found).endswith(f"{len(refused)} could not be made")
+
+
+def test_the_curve_of_an_inclined_load_is_not_verified():
+    """N2 takes horizontal forces: down at 45 degrees seven stones passed 0.112 g, horizontally 0.090 g."""
+    assemblage = assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)])
+    curve, load = StoredPushover("micro", None, None, None, 0.0, None, None, None, ""), LoadSettings(inclination=-0.5)
+    analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
+    found, _ = verify(SeismicSettings(1.4715), load, LimitAnalysisSettings(), assemblage, analysis, [curve])
+    refused = {row["approach"]: row["refused"] for row in found["checks"] if "refused" in row}
+    assert refused == {"N2, micro-FE": INCLINED, "drift, micro-FE": INCLINED}
