@@ -79,6 +79,10 @@ class Verdict:
             dict.fromkeys(row["limit_state"] for row in self.rows if row["limit_state"] not in (STRENGTH, "all"))
         )
 
+    def of(self, limit_state: str) -> list[dict[str, Any]]:
+        """Return the rows of a limit state."""
+        return [row for row in self.rows if row["limit_state"] == limit_state]
+
     @property
     def steep(self) -> list[str]:
         """Names of the load cases whose base shear is not compared."""
@@ -251,14 +255,16 @@ def _body(judged: Verdict, say: Callable[[str], str]) -> str:
         load_case=say(row["load_case"]), state=row["limit_state"], check=say(row["check"]),
         ratio=printed("ratio", row["safety_ratio"]), **_accelerations(row),
     )  # fmt: skip
-    return f"{say(words)} ({', '.join(judged.limit_states)}); {said}{_other_states(judged, row['limit_state'], say)}"
+    failed = [state for state in judged.limit_states if any(one["verified"] == "no" for one in judged.of(state))]
+    states = ", ".join(failed if judged.state == "not verified" else judged.limit_states)
+    return f"{say(words)} ({states}); {said}{_other_states(judged, row['limit_state'], say)}"
 
 
 def _other_states(judged: Verdict, governing: str, say: Callable[[str], str]) -> str:
     """Return up to what ground acceleration the wall passes at other limit states that it does not pass."""
     said = ""
     for state in judged.limit_states:
-        failed = [row for row in judged.rows if row["limit_state"] == state and row["verified"] == "no"]
+        failed = [row for row in judged.of(state) if row["verified"] == "no"]
         if failed and state != governing:
             row = _first_of_least(failed, "safety_ratio")
             text = say("at {state} up to {passes} g, {asked} g is asked for")

@@ -11,10 +11,11 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from orchestrator.assessment.seismic.settings import limit_states
+from orchestrator.assessment.seismic.settings import LIKE, limit_states
 from orchestrator.basis.printed import counted
 from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.wall import Wall
@@ -28,6 +29,8 @@ SLENDEREST = 1 / 100
 """least usual thickness of a wall over the larger of its height and length"""
 THICKEST = 0.5
 """largest usual one (drawn in cm and read in mm, a facade of 5 m has 0.6)"""
+LARGEST_DRIFT = 0.03
+"""largest usual drift of a pier, part of its height: 0.8 % of EN 1998-3 and three times more for slender ones"""
 LEAST_END = 1e-5
 """least usual displacement of a curve's end over the height: elastic ones of stiff walls are of that size"""
 
@@ -174,3 +177,14 @@ def _of_earthquake(case: Case) -> Iterator[str]:
         name = f"ground acceleration a_g of {state.name}"
         if said := GROUND_ACCELERATION.complaint(name, state.peak_ground_acceleration):
             yield said
+    for mild, severe in pairwise(limit_states(case.seismic)):
+        of_one_code = (mild.name in LIKE) == (severe.name in LIKE)
+        if of_one_code and mild.peak_ground_acceleration >= severe.peak_ground_acceleration:
+            yield f"UNUSUAL: a_g of {mild.name} is not below that of {severe.name}; are they interchanged?"
+    for number, state in enumerate(case.seismic.limit_states):
+        alone = [name for name in ("amplification", "reference_period") if getattr(state, name) is None]
+        if case.seismic.spectrum == "ntc2018" and alone:
+            own = f"no {' and no '.join(alone)} of its own, which goes with the return period"
+            yield f"UNUSUAL: seismic.limit_states.{number} ({state.name}) has {own}: that of [seismic] is taken"
+    if (drift := case.seismic.largest_drift) is not None and drift > LARGEST_DRIFT:
+        yield f"UNUSUAL: seismic.largest_drift {drift:g}, usual are up to {LARGEST_DRIFT:g}; is {drift:g} % meant?"

@@ -56,6 +56,8 @@ def test_one_failed_check_of_one_load_case_is_enough():
     found = of(a=summary(check(1.5)), b=summary(check(0.999)))
     assert found.state == "not verified"
     assert ": NOT VERIFIED (SD); b governs" in sentence(found)
+    of_two = of(a=summary(check(0.9), check(1.2, "DL")))
+    assert ": NOT VERIFIED (SD); a governs at SD" in sentence(of_two), "DL passes"
     failed_beside_a_gap = of(a=summary(check(0.5)), b=None)
     assert failed_beside_a_gap.state == "not verified"
 

@@ -157,6 +157,5 @@ STOOD = {"building_height": 9.0, "building_period": 0.3, "storeys": 3}
 )
 def test_what_cannot_be_verified_names_its_key(settings, key, said):
     with pytest.raises(CaseError, match=said) as caught:
-        [spectrum_at_height(settings, state, 1.0, 0.05) for state in limit_states(settings)]
-        refuse_building(settings)
+        [(spectrum_at_height(settings, one, 1.0, 0.05), refuse_building(settings)) for one in limit_states(settings)]
     assert caught.value.key == key
