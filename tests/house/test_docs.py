@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import shlex
@@ -117,6 +118,14 @@ def test_every_command_of_a_page_works_in_its_order(page, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "survey.dxf", as_polylines(WALL_1))
     painted(tmp_path / "stones.png", WALL_1, 0.005, 0.02)
+    stone = '<g id="blocks"><rect width="9" height="9"/></g><g id="supports"><rect y="9" width="9" height="9"/></g>'
+    (tmp_path / "wall.svg").write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="90cm" height="180cm" viewBox="0 0 9 18">{stone}</svg>'
+    )
+    outlined = {"id": 1, "image_id": 1, "category_id": 1, "segmentation": [[0, 0, 99, 0, 99, 99, 0, 99]]}
+    image = {"id": 1, "width": 100, "height": 100, "file_name": "wall.jpg"}
+    record = {"images": [image], "categories": [{"id": 1, "name": "brick"}], "annotations": [outlined]}
+    (tmp_path / "annotations.json").write_text(json.dumps(record))
     text = (PROJECT / "docs" / "your_wall.md").read_text()
     (tmp_path / "door.txt").write_text(re.search(r"(    unit = mm\n(?:    .*\n)+)", text)[1])
     found = commands(page)
