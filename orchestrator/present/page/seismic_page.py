@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from orchestrator.assessment.seismic.kinematic import DAMPING
+from orchestrator.assessment.seismic.settings import LIKE, known_states
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, verdict
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
@@ -55,10 +57,17 @@ def _inputs(run: StoredRun, record: dict[str, Any], live_load: str) -> list[tupl
     settings = run.case.seismic
     factors = f"{settings.confidence_factor:g}, {settings.behaviour_factor:g}"
     above = settings.mechanism_height > 0.0
-    place = f"z = {settings.mechanism_height:g} m of {settings.building_height:g} m" if above else "on the ground"
+    place = "on the ground"
+    if above:
+        place = f"z = {settings.mechanism_height:g} m of {settings.building_height:g} m, "
+        place += f"T1 = {settings.building_period:g} s, n = {settings.storeys}, ξ1 = {settings.building_damping:g}"
+    of_mechanism = ", ".join(
+        f"{damping:.2f} at {state}" for state in known_states(settings.spectrum)
+        if (damping := DAMPING.get(LIKE.get(state, state)))
+    )  # fmt: skip
     return [
         ("spectrum", spectrum_words(record)),
-        ("damping", f"{settings.damping:.3g} (curves); 0.08 at SLV, 0.10 at SLC (mechanism)"),
+        ("damping", f"{settings.damping:.3g} (curves); {of_mechanism} (mechanism)"),
         ("FC, q of the mechanism", in_language(factors, run.case.project.language)),
         ("stands", place),
         ("control point", str(record["control_point"])),
