@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
-from orchestrator.app.pushover_run import room_for
+from orchestrator.app.pushover_run import refuse_own_input, room_for
 from orchestrator.app.refining import left_off, push_segmented, refuse_another_run, with_finished
 from orchestrator.app.segmented import Segmented
 from orchestrator.assessment.seismic.settings import limit_states, without_verification
@@ -31,6 +31,7 @@ from orchestrator.basis.printed import as_lambda, wedged_words
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
+from orchestrator.limit_analysis.pretension import refuse_what_pretension_moves
 from orchestrator.limit_analysis.wedged_stones import stones_in_wedges
 from orchestrator.loads import Loads, loads_on
 from orchestrator.loads.dead_loads import not_accelerated
@@ -95,10 +96,12 @@ def _naming_input(case: Case, assemblage: Assemblage | None = None) -> Iterator[
         raise error.in_file(str(case.file if of_case else case.block_file)) from None
 
 
-def _loaded(case: Case, assemblage: Assemblage) -> tuple[Assemblage, Loads]:
-    """Return the assemblage of a case with ties among its joints, and the loads on it. Raises CaseError."""
+def _loaded(case: Case, assemblage: Assemblage, settling: int | None = None) -> tuple[Assemblage, Loads]:
+    """Return a wall with its ties (settling: id of the support that is to give way) and its loads. Raises CaseError."""
     with naming(case.file):
-        return with_ties(assemblage, case.reinforcement.ties), loads_on(assemblage.wall, case.load)
+        tied, loads = with_ties(assemblage, case.reinforcement.ties, settling), loads_on(assemblage.wall, case.load)
+        refuse_what_pretension_moves(tied, loads, case.reinforcement.ties)
+        return tied, loads
 
 
 def refuse_what_does_not_stand(case: Case, assemblage: Assemblage) -> None:
@@ -161,11 +164,6 @@ def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
         refuse_bonded_mortar(assemblage, case.contact.softening_displacement)
 
 
-def refuse_own_input(case: Case, output: Path) -> None:
-    """Raise CaseError where a run would write its case.toml or blocks.json over a file that it is given."""
-    storage.refuse_input((output / "case.toml", output / "blocks.json"), (case.file, case.block_file))
-
-
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall; ties are no joints of what is returned, and have their forces apart.
     Raises CaseError for a wall that cannot stand."""
@@ -204,9 +202,7 @@ def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Pa
 def settlement(case: Case, support: int, angle: float) -> tuple[Assemblage, LimitState]:
     """Let a support give way at `angle` (rad from +x) under the dead load of one load case. Raises CaseError."""
     assemblage = check(case)
-    with naming(case.file):
-        loads = loads_on(assemblage.wall, case.load)
-        tied = with_ties(assemblage, case.reinforcement.ties, settling=support)
+    tied, loads = _loaded(case, assemblage, support)
     with _naming_input(case, assemblage):
         refuse_what_falls(problem_of(tied, loads))
     with naming(case.file):

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from orchestrator.app import driver
+from orchestrator.app.pushover_run import refuse_own_input
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.loads import load_cases, loads_on
 from orchestrator.loads.load_cases import key_in_file
@@ -95,7 +96,7 @@ def _refuse_what_does_not_stand(case: Case, assemblage: Assemblage) -> None:
 def refuse_folders(case: Case, output: Path, resume: bool) -> None:
     """Refuse folders of load cases that a run would write its input over, or that hold what it cannot go on with."""
     for name, one in each(case).items():
-        driver.refuse_own_input(one, output / name)
+        refuse_own_input(one, output / name)
         if resume:
             driver.resumed(one, output / name)
 

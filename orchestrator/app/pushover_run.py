@@ -84,6 +84,11 @@ def push_model(
     return on_root(comm, _follow, *arguments, None, report)
 
 
+def refuse_own_input(case: Case, output: Path) -> None:
+    """Raise CaseError where a run would write its case.toml or blocks.json over a file that it is given."""
+    storage.refuse_input((output / "case.toml", output / "blocks.json"), (case.file, case.block_file))
+
+
 def room_for(bodies: Bodies, case: Case) -> tuple[Estimate, str]:
     """Return what the finite elements of bodies need, and a warning where that is much, or "". Raises CaseError where
     it does not fit into the memory."""

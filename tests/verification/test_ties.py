@@ -17,6 +17,7 @@ from orchestrator.app import cli, driver
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
+from orchestrator.limit_analysis.pretension import refuse_what_pretension_moves
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.patterns import Arch, arch_on_piers
@@ -50,6 +51,23 @@ def test_an_anchor_holds_a_block_back_with_its_strength(T):
     tie = Tie(blocks=(1,), start=(0.0, Z), end=(-3.0, Z), strength=T)
     assert multiplier(block(), tie) == pytest.approx((W * B / 2 + T * Z) / (W * H / 2), rel=1e-6)
     assert multiplier(block(), tie, direction=-1) == pytest.approx(B / H, rel=1e-6)
+
+
+def test_pretension_that_overturns_a_block_is_refused_before_there_is_a_live_load():
+    """P z > W b/2. `limit` had a multiplier for it; a second tie that pulls the other way holds the block."""
+    wall, verge = block(), W * B / 2 / Z
+
+    def asked(*pretensions):
+        ties = [
+            Tie((1,), (x, Z), (far, Z), W, pretension=pretension)
+            for pretension, x, far in zip(pretensions, (0.0, B), (-3.0, 3.0), strict=False)
+        ]
+        refuse_what_pretension_moves(with_ties(wall, ties), loads_on(wall.wall), ties)
+
+    asked(0.999 * verge)
+    asked(2.0 * verge, 1.5 * verge)
+    with pytest.raises(CaseError, match=r"reinforcement\.ties: their pretension moves block 1, before"):
+        asked(1.001 * verge)
 
 
 @pytest.mark.parametrize("degrees", [-40.0, 25.0])
