@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from orchestrator.assessment.capacity import STILL, Capacity
 from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
 from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies
@@ -50,15 +52,20 @@ def wall_at_peak(contact_model: ContactModel, at_peak: Increment, bound_without:
     )
 
 
-def control_share(contact_model: ContactModel, at_rest: Increment, at_end: Increment) -> float:
-    """Return the control displacement at a curve's end over the motion of the body that went farthest, both since the
-    wall was at rest without live load."""
+def at_the_top(
+    capacity: Capacity, contact_model: ContactModel, at_rest: Increment, at_end: Increment
+) -> tuple[Capacity, float]:
+    """Return the capacity of a curve, without the rounding of a top that stands still, and the control displacement at
+    its end over the motion of the body that went farthest, both since the wall was at rest without live load."""
     from orchestrator.pushover.path.increment_record import in_front
     from orchestrator.pushover.path.moving import body_motion
 
     before, after = (in_front(contact_model, one).displacement for one in (at_rest, at_end))
     farthest = np.max(body_motion(contact_model, (after - before).ravel()) * ~at_end.fallen, initial=1e-300)
-    return abs(at_end.control_displacement - at_rest.control_displacement) / float(farthest)
+    share = abs(at_end.control_displacement - at_rest.control_displacement) / float(farthest)
+    if share >= STILL:
+        return capacity, share
+    return replace(capacity, initial_stiffness=None, displacement_at_peak=0.0, final_displacement=0.0), 0.0
 
 
 def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: float) -> Snap | None:

@@ -5,17 +5,19 @@ curve ends with the row before, as if it had been followed only so far. If its b
 wall bears at least as much: what bodies go through might have held them. A curve past its peak ends where work and
 energies balance for the last time, too: an increment may have jumped to another path of equilibrium.
 
-A curve whose peak does not suffice, as that of macroblocks that finer ones follow, ends soon after it.
+A curve whose peak does not suffice, as that of macroblocks that finer ones follow, ends soon after it. One that bears
+more only after a part of the wall has moved as far as the top may, which stands, ends before that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orchestrator.assessment.capacity import FALLEN, has_fallen
+from orchestrator.assessment.capacity import FALLEN, WENT_FAR, has_fallen
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment, PushoverCurve
@@ -29,6 +31,11 @@ if TYPE_CHECKING:
 NOT_ENOUGH = "the peak is behind, and does not suffice: finer macroblocks are to tell another"
 """what a curve says that ended there"""
 
+MORE = 0.01
+"""part by which a wall has to bear more once what moves has gone far for its curve to end before that"""
+STANDS = 0.5
+"""part of what moves by which the top has moved at most where it stands"""
+
 Suffices = Callable[[float], bool]
 """whether a pushover with such a peak, as a multiplier of the live load, is of use beyond it"""
 
@@ -37,6 +44,46 @@ def is_past(increment: Increment) -> bool:
     """Return whether the base shear has fallen from its highest as far as tells a peak."""
     falls = increment.base_shear <= (1.0 - FALLEN) * increment.largest_base_shear
     return falls and increment.phase != "gravity" and not increment.moving
+
+
+def after_gravity(model: str, last: Increment | None, complaint: Exception | None) -> Increment:
+    """Return the last increment. Raises ConvergenceError where it is not past gravity: there is no curve."""
+    if last is None or last.phase == "gravity":
+        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
+    return last
+
+
+def before_it_goes_far(
+    model: ContactModel, increments: Callable[[], Iterable[Increment]], end: float
+) -> tuple[Callable[[], Iterable[Increment]], str]:
+    """Return what yields the increments before what is driven has moved by `end` (m) along the live load since gravity,
+    and the top by no more than STANDS of it, and why the curve ends there; all of them and "" where that is not so, or
+    where the wall bears no more later.
+
+    The final displacement is that of the top. What slides on while the top stands may meet what is far from it.
+    """
+    from orchestrator.pushover.model import driven_by
+    from orchestrator.pushover.path.increment_record import in_front
+
+    rest, last, far, most = np.zeros(0), 0, False, 0.0
+    for one in increments():
+        if one.phase == "gravity":
+            rest = in_front(model, one).displacement
+        elif not one.moving:
+            if one.phase == "displacement" and not far:
+                change = (in_front(model, one).displacement - rest).ravel()
+                moved = abs(float(driven_by(model, one.driven).mean_row @ change))
+                far = moved >= max(end, abs(one.pushed) / STANDS)
+            if far and one.base_shear > (1.0 + MORE) * most:
+                return partial(_up_to, increments, last), WENT_FAR.format(f"{1e3 * end:.4g}")
+            if not far:
+                last, most = one.number, max(most, one.base_shear)
+    return increments, ""
+
+
+def _up_to(increments: Callable[[], Iterable[Increment]], last: int) -> Iterator[Increment]:
+    """Yield the increments up to the number of the last."""
+    yield from (one for one in increments() if one.number <= last)
 
 
 def misfits_of(

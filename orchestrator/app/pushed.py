@@ -19,8 +19,8 @@ import numpy as np
 from orchestrator import storage
 from orchestrator.app.at_peak import (
     BoundLeft,
+    at_the_top,
     bound_left,
-    control_share,
     farthest_snap,
     moment_of_load,
     spike_of,
@@ -30,8 +30,10 @@ from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.curve_end import (
     NOT_ENOUGH,
     Suffices,
+    after_gravity,
     balanced,
     bears_load,
+    before_it_goes_far,
     first_misfit,
     is_cut_short,
     is_past,
@@ -242,9 +244,10 @@ def judged(
 
     if isinstance(complaint, ConvergenceError):
         complaint = located(model, complaint, last, contact_model, settings)
-    last = _after_gravity(model, last, complaint)
-    stopped = str(complaint or end_of_curve(last, stepping, contact_model.height) or NOT_ENOUGH)
-    end = stepping.end_of(contact_model.height)
+    last, end = after_gravity(model, last, complaint), stepping.end_of(contact_model.height)
+    increments, gone = before_it_goes_far(contact_model, increments, end)
+    complaint = None if gone else complaint
+    stopped = gone or str(complaint or end_of_curve(last, stepping, contact_model.height) or NOT_ENOUGH)
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = bears_load(model, PushoverCurve.from_increments(increments(), stopped))
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
@@ -259,6 +262,7 @@ def judged(
         next(one for one in increments() if one.number == number)
         for number in (curve.step[0], peak, curve.static.step[-1])
     )
+    capacity, moves = at_the_top(capacity, contact_model, at_rest, at_end)
     bound = None if large else expected * contact_model.horizontal_load
     ended = f"it broke off {place(last)}" if failures else ""
     moment = moment_of_load(contact_model, at_peak)
@@ -278,17 +282,10 @@ def judged(
         crack_size=cracks.size, crack_error=cracks.error,
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
-        control_share=control_share(contact_model, at_rest, at_end), spike=spike_of(curve, end),
+        control_share=moves, spike=spike_of(curve, end),
         snap=farthest_snap(increments(), at_peak, end),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints, cut_short)
-
-
-def _after_gravity(model: ModelName, last: Increment | None, complaint: Ended) -> Increment:
-    """Return the last increment. Raises ConvergenceError where it is not past gravity: there is no curve."""
-    if last is None or last.phase == "gravity":
-        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
-    return last
 
 
 def peak_memory() -> int:

@@ -37,12 +37,16 @@ SECANT = 0.6
 """part of the peak base shear that the elastic branch of the bilinear goes through"""
 STRENGTH_DROP = 0.2
 """part of the peak base shear by which it has dropped at the ultimate displacement of the bilinear"""
+WENT_FAR = "what moves has gone {} mm, the final displacement, and the top has not: later the wall bears more"
+"""why a curve ends on whose load a part of the wall slid as far as the top may move"""
 FALLEN = 0.01
 """part of its peak by which the base shear has fallen where the peak is behind"""
 AGAINST = "the control displacement does not go along the live load"
 """why a curve has no bilinear idealisation though its base shear rises"""
 OUTSIDE = 0.2
 """motion of a control point over that of the fastest stone below which it is outside the mechanism"""
+STILL = 1e-9
+"""the same from which on what it moves is rounding: a top that supports hold"""
 FLAT_LENGTH_RATIO = 1.5
 """a curve this many times as long as where it first came within FALLEN of its peak has been flat: that is its peak"""
 
@@ -92,10 +96,12 @@ def peak_reached(curve: PushoverCurve) -> bool:
     """Return whether the largest base shear of a curve is its peak, and not just where the curve was cut off.
 
     It is where the base shear has fallen by FALLEN of it in a later row, where the curve goes on to FLAT_LENGTH_RATIO
-    times the displacement at which it first came that close to it, or where the wall fell in the motion with which the
-    curve ends: it found no rest under a load above its last one.
+    times the displacement at which it first came that close to it, where the wall fell in the motion with which the
+    curve ends: it found no rest under a load above its last one, or where what moves went far under it.
     """
     if has_fallen(curve) or (curve.moving[-1] and curve.stopped_because.endswith(NO_CONTACT)):
+        return True
+    if curve.stopped_because.startswith(WENT_FAR.partition("{")[0]):
         return True
     curve = curve.static
     shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]

@@ -278,7 +278,7 @@ def remarks(summary: Summary) -> list[str]:
                 f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "
                 "take --model micro"
             )
-        if pushed.initial_stiffness is None:
+        if pushed.initial_stiffness is None and pushed.control_share > 0.0:
             said.append(
                 f"{pushed.model} FE: at first the mean of the top edge moves against the live load: base shear over "
                 "that displacement is no stiffness of the wall, and none is given"
