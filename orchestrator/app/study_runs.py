@@ -31,6 +31,7 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.present import plots
 from orchestrator.settings.case import Case, RunSettings, as_record
 from orchestrator.storage.identity import identity
+from orchestrator.storage.notes import why_not
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -167,6 +168,14 @@ def _not_valid(run: PartitionRun) -> str:
     return (pushed and pushed.not_valid_because) or ""
 
 
+def _does_not_count(run: PartitionRun) -> list[str]:
+    """Return why the peak of a finished run with a valid curve does not count, if it does not."""
+    if _pushover(run) is None or _not_valid(run):
+        return []
+    summary = storage.read_summary(run.folder)
+    return [*filter(None, [why_not(summary.pushover[0], summary.limit_analysis, summary.wall.blocks)])]
+
+
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, PartitionRun]) -> Iterable[dict[str, Any]]:
     reference = _pushover(runs[key(micro)])
     for cell in cells:
@@ -183,7 +192,7 @@ def _row(run: PartitionRun, micro: storage.PushoverSummary | None) -> dict[str, 
     """Return the columns of one run after the tolerances; empty where there is no curve."""
     counted = {"bodies": run.segmented.partition.count, "joints": len(run.segmented.bodies.joint)}
     pushed = _pushover(run)
-    said = {"run": run.folder.name, "complaints": "; ".join(_complaints(run))}
+    said = {"run": run.folder.name, "complaints": "; ".join([*_complaints(run), *_does_not_count(run)])}
     row = dict.fromkeys(COLUMNS[2:], "") | counted | said
     if pushed is None:
         return row

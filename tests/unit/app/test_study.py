@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from orchestrator import storage
 from orchestrator.app import driver, study_runs
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.macroblocks.tolerance_grid import StudySettings, distinct, grid
@@ -138,6 +140,20 @@ def test_a_finished_study_runs_nothing_again(case, folder, outcome, monkeypatch)
 
 FEW = ["study.tol_n=['none']", "study.tol_d=['450 mm']"]
 """one cell of the grid, and every stone"""
+
+
+def test_a_peak_that_does_not_count_says_so_in_the_table(case, folder, outcome, tmp_path):
+    """One body, had limit analysis found half the multiplier; it was valid, without a word."""
+    again = Path(shutil.copytree(folder, tmp_path / "again"))
+    run = again / "runs" / outcome.rows[3]["run"]
+    found = storage.read_summary(run)
+    half = 0.5 * found.limit_analysis.multiplier
+    limit = replace(found.limit_analysis, associative=half, non_associative=half, non_associative_range=None)
+    limit = replace(limit, large_displacements=None, rigid_peak=None, pressed_peak=None, interval=None, highest=None)
+    storage.write_summary(run, replace(found, limit_analysis=limit))
+    row = study_runs.study(case, again, None, quiet).rows[3]
+    assert row["valid"]
+    assert row["complaints"].endswith("and does not count: compare with --model micro")
 
 
 def rows_of_few(outcome):
