@@ -111,10 +111,8 @@ def spike_of(curve: PushoverCurve, end: float) -> NarrowPeak | None:
 
 
 def moment_of_load(contact_model: ContactModel, state: Increment) -> float:
-    """Return the moment of the live load about the foot of the side that the wall moves to, N m, above 0."""
-    nodes, load = contact_model.front.nodes, contact_model.lateral.reshape(-1, 3)
-    across, up = load[: len(nodes), :2].T
-    side = contact_model.forward[0]
-    arm = (side * nodes[:, 0]).max() - side * nodes[:, 0]
-    moment = side * (across @ (nodes[:, 1] - nodes[:, 1].min())) + up @ arm
-    return max(abs(state.load_multiplier * float(moment)), float(np.finfo(float).tiny))
+    """Return the moment of the live load's horizontal part about the wall's base, N m, above 0."""
+    nodes = contact_model.front.nodes
+    horizontal = contact_model.lateral[: nodes.size : 3]
+    moment = state.load_multiplier * float(horizontal @ (nodes[:, 1] - nodes[:, 1].min()))
+    return max(abs(moment), float(np.finfo(float).tiny))

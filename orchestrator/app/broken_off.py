@@ -37,7 +37,9 @@ def located(
     """Return the error with the model, the last good increment, the place, and what may help in its text."""
     said = f"stopped {place(last)}: "
     if error.stage in PHYSICAL:
-        return ConvergenceError(f"{model} FE", f"{said}{error}", error.iterations)
+        pulled = contact_model.ties is not None and bool(contact_model.ties.pretension.any())
+        tightened = "; its ties are tightened meanwhile (reinforcement.ties.pretension)" if pulled else ""
+        return ConvergenceError(f"{model} FE", f"{said}{error}{tightened}", error.iterations)
     said += "no equilibrium is found for a next increment, however small, nor a motion that leads to one"
     if last is not None:
         said += f"; {_fastest(contact_model, last)} moves most; the curve is not valid"

@@ -13,16 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orchestrator.assessment.capacity import FALLEN, WENT_FAR, has_fallen
+from orchestrator.assessment.capacity import FALLEN, FLAT_LENGTH_RATIO, has_fallen
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines
 from orchestrator.pushover.path.curve_checks import APART, ENERGY, MISSING, OVERLAP, RowMisfits, said_of
+from orchestrator.pushover.settings import SteppingSettings
 from orchestrator.storage.effort import with_energy_errors
 
 if TYPE_CHECKING:
@@ -54,36 +57,50 @@ def after_gravity(model: str, last: Increment | None, complaint: Exception | Non
 
 
 def before_it_goes_far(
-    model: ContactModel, increments: Callable[[], Iterable[Increment]], end: float
-) -> tuple[Callable[[], Iterable[Increment]], str]:
-    """Return what yields the increments before what is driven has moved by `end` (m) along the live load since gravity,
-    and the top by no more than STANDS of it, and why the curve ends there; all of them and "" where that is not so, or
-    where the wall bears no more later.
+    model: ContactModel, increments: Callable[[], Iterable[Increment]], stepping: SteppingSettings
+) -> tuple[Callable[[], Iterable[Increment]], str, bool]:
+    """Return what yields the increments before a part of the wall has moved by the final displacement along the live
+    load since gravity, and the top by no more than STANDS of it; why the curve ends there; and whether it was level.
+    All of them, "" and False where that is not so, where the part is local, or where the wall bears no more later.
 
     The final displacement is that of the top. What slides on while the top stands may meet what is far from it.
     """
-    from orchestrator.pushover.model import driven_by
     from orchestrator.pushover.path.increment_record import in_front
 
-    rest, last, far, most = np.zeros(0), 0, False, 0.0
+    end, rest, last, most, began, far = stepping.end_of(model.height), np.zeros(0), 0, 0.0, 0.0, 0.0
     for one in increments():
         if one.phase == "gravity":
-            rest = in_front(model, one).displacement
+            rest, last = in_front(model, one).displacement, one.number
         elif not one.moving:
-            if one.phase == "displacement" and not far:
-                change = (in_front(model, one).displacement - rest).ravel()
-                moved = abs(float(driven_by(model, one.driven).mean_row @ change))
-                far = moved >= max(end, abs(one.pushed) / STANDS)
-            if far and one.base_shear > (1.0 + MORE) * most:
-                return partial(_up_to, increments, last), WENT_FAR.format(f"{1e3 * end:.4g}")
+            moved = 0.0 if far else _part_moved(model, one, in_front(model, one).displacement - rest, stepping)
+            far = far or moved * (moved >= max(end, abs(one.pushed) / STANDS))
+            if far and one.base_shear > (1.0 + MORE) * most > 0.0:
+                said = f"what moves has gone {1e3 * end:.4g} mm, the final displacement, and the top has not: "
+                level = far >= FLAT_LENGTH_RATIO * began
+                return partial(_up_to, increments, last), f"{said}later the wall bears more", level
             if not far:
+                began = moved if one.base_shear > (1.0 + FALLEN) * most else began
                 last, most = one.number, max(most, one.base_shear)
-    return increments, ""
+    return increments, "", False
+
+
+def _part_moved(model: ContactModel, one: Increment, change: FloatArray, stepping: SteppingSettings) -> float:
+    """Return the mean displacement along the live load in m, in a change (h, 3), of the part that moves; 0 where that
+    is local or has no live load."""
+    from orchestrator.pushover.model import driven_by
+    from orchestrator.pushover.path.losses import is_local_motion
+    from orchestrator.pushover.path.moving import body_motion, moving_part
+
+    motion = body_motion(model, change) * ~one.fallen
+    part = moving_part(model, motion) & ~one.fallen
+    if not model.body_live[part].any() or is_local_motion(model, motion, one.fallen, None, stepping.local_share):
+        return 0.0
+    return abs(float(driven_by(model, part).mean_row @ change.ravel()))
 
 
 def _up_to(increments: Callable[[], Iterable[Increment]], last: int) -> Iterator[Increment]:
     """Yield the increments up to the number of the last."""
-    yield from (one for one in increments() if one.number <= last)
+    yield from takewhile(lambda one: one.number <= last, increments())
 
 
 def misfits_of(

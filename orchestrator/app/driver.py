@@ -100,7 +100,7 @@ def _loaded(case: Case, assemblage: Assemblage, settling: int | None = None) -> 
     """Return a wall with its ties (settling: id of the support that is to give way) and its loads. Raises CaseError."""
     with naming(case.file):
         tied, loads = with_ties(assemblage, case.reinforcement.ties, settling), loads_on(assemblage.wall, case.load)
-        refuse_what_pretension_moves(tied, loads, case.reinforcement.ties)
+        refuse_what_pretension_moves(assemblage, loads, case.reinforcement.ties, settling)
         return tied, loads
 
 

@@ -245,7 +245,7 @@ def judged(
     if isinstance(complaint, ConvergenceError):
         complaint = located(model, complaint, last, contact_model, settings)
     last, end = after_gravity(model, last, complaint), stepping.end_of(contact_model.height)
-    increments, gone = before_it_goes_far(contact_model, increments, end)
+    increments, gone, level = before_it_goes_far(contact_model, increments, stepping)
     complaint = None if gone else complaint
     stopped = gone or str(complaint or end_of_curve(last, stepping, contact_model.height) or NOT_ENOUGH)
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
@@ -256,7 +256,7 @@ def judged(
     kept = (one for one in increments() if one.number <= curve.step[-1])
     effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
     capacity, rows = find_capacity(curve), used(rows, curve)
-    capacity = replace(capacity, peak_reached=capacity.peak_reached and not cut_short)
+    capacity = replace(capacity, peak_reached=level or (capacity.peak_reached and not cut_short))
     peak = int(curve.static.step[np.argmax(curve.static.base_shear_N)])  # of the static increments
     at_rest, at_peak, at_end = (
         next(one for one in increments() if one.number == number)

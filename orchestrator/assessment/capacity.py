@@ -37,8 +37,6 @@ SECANT = 0.6
 """part of the peak base shear that the elastic branch of the bilinear goes through"""
 STRENGTH_DROP = 0.2
 """part of the peak base shear by which it has dropped at the ultimate displacement of the bilinear"""
-WENT_FAR = "what moves has gone {} mm, the final displacement, and the top has not: later the wall bears more"
-"""why a curve ends on whose load a part of the wall slid as far as the top may move"""
 FALLEN = 0.01
 """part of its peak by which the base shear has fallen where the peak is behind"""
 AGAINST = "the control displacement does not go along the live load"
@@ -54,7 +52,7 @@ FLAT_LENGTH_RATIO = 1.5
 @dataclass(frozen=True, slots=True)
 class Capacity:
     """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m: None where the control
-    displacement goes against the live load at first.
+    displacement goes against the live load at first, or is rounding: it is 0 in all rows then.
 
     displacement_at_peak: of the row with the largest base shear, which rounding chooses on a plateau. Where a share of
     the peak is first reached is no better known: a facade and its mirror image were 10 % apart either way.
@@ -96,12 +94,10 @@ def peak_reached(curve: PushoverCurve) -> bool:
     """Return whether the largest base shear of a curve is its peak, and not just where the curve was cut off.
 
     It is where the base shear has fallen by FALLEN of it in a later row, where the curve goes on to FLAT_LENGTH_RATIO
-    times the displacement at which it first came that close to it, where the wall fell in the motion with which the
-    curve ends: it found no rest under a load above its last one, or where what moves went far under it.
+    times the displacement at which it first came that close to it, or where the wall fell in the motion with which the
+    curve ends: it found no rest under a load above its last one.
     """
     if has_fallen(curve) or (curve.moving[-1] and curve.stopped_because.endswith(NO_CONTACT)):
-        return True
-    if curve.stopped_because.startswith(WENT_FAR.partition("{")[0]):
         return True
     curve = curve.static
     shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]

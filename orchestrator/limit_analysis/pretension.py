@@ -15,14 +15,17 @@ from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.masonry.ties import ANCHOR, Tie, ends_of
+from orchestrator.masonry.ties import ANCHOR, Tie, ends_of, with_ties
 
 
-def refuse_what_pretension_moves(tied: Assemblage, loads: Loads, ties: Sequence[Tie]) -> None:
-    """Raise CaseError (key only) for a wall that stands, but not with the pretension of its ties, which may pull more.
+def refuse_what_pretension_moves(
+    assemblage: Assemblage, loads: Loads, ties: Sequence[Tie], settling: int | None = None
+) -> None:
+    """Raise CaseError (key only) for a wall that stands with its ties, but not while they pull with their pretension.
 
-    tied: with the ties among its joints.
+    A tie that is tightened may pull more, and does not push. settling: of `with_ties`.
     """
+    tied = with_ties(assemblage, [replace(tie, pushes=tie.pushes and not tie.pretension) for tie in ties], settling)
     if not any(tie.pretension for tie in ties) or len(falling_blocks(problem_of(tied, loads))[1]):
         return
     moved = falling_blocks(problem_of(tied, tightened(tied, loads, ties)))[1]

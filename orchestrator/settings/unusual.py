@@ -183,8 +183,8 @@ def _of_earthquake(case: Case) -> Iterator[str]:
             yield f"UNUSUAL: a_g of {mild.name} is not below that of {severe.name}; are they interchanged?"
     for number, state in enumerate(case.seismic.limit_states):
         alone = [name for name in ("amplification", "reference_period") if getattr(state, name) is None]
-        if case.seismic.spectrum == "ntc2018" and alone:
-            own = f"no {' and no '.join(alone)} of its own, which goes with the return period"
-            yield f"UNUSUAL: seismic.limit_states.{number} ({state.name}) has {own}: that of [seismic] is taken"
+        if case.seismic.spectrum == "ntc2018" and alone and len(limit_states(case.seismic)) > 1:
+            own = f"has no own {' and '.join(alone)}, which depend on the return period"
+            yield f"UNUSUAL: seismic.limit_states.{number} ({state.name}) {own}: that of [seismic] is taken"
     if (drift := case.seismic.largest_drift) is not None and drift > LARGEST_DRIFT:
         yield f"UNUSUAL: seismic.largest_drift {drift:g}, usual are up to {LARGEST_DRIFT:g}; is {drift:g} % meant?"

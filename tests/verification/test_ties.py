@@ -57,17 +57,19 @@ def test_pretension_that_overturns_a_block_is_refused_before_there_is_a_live_loa
     """P z > W b/2. `limit` had a multiplier for it; a second tie that pulls the other way holds the block."""
     wall, verge = block(), W * B / 2 / Z
 
-    def asked(*pretensions):
+    def asked(*pretensions, pushes=False):
         ties = [
-            Tie((1,), (x, Z), (far, Z), W, pretension=pretension)
+            Tie((1,), (x, Z), (far, Z), W, pretension=pretension, pushes=pushes)
             for pretension, x, far in zip(pretensions, (0.0, B), (-3.0, 3.0), strict=False)
         ]
-        refuse_what_pretension_moves(with_ties(wall, ties), loads_on(wall.wall), ties)
+        refuse_what_pretension_moves(wall, loads_on(wall.wall), ties)
 
     asked(0.999 * verge)
     asked(2.0 * verge, 1.5 * verge)
     with pytest.raises(CaseError, match=r"reinforcement\.ties: their pretension moves block 1, before"):
         asked(1.001 * verge)
+    with pytest.raises(CaseError, match="their pretension moves block 1"):
+        asked(1.001 * verge, pushes=True)
 
 
 @pytest.mark.parametrize("degrees", [-40.0, 25.0])

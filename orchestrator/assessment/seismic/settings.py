@@ -186,8 +186,8 @@ def largest_force_ratio(settings: SeismicSettings, state: LimitStateName) -> flo
 def refuse_building(settings: SeismicSettings) -> None:
     """Raise CaseError (key only) for a wall above the ground whose building is not described."""
     if settings.mechanism_height == 0.0:
-        for name in BUILDING:
-            if getattr(settings, name) is not None:
+        for name in (*BUILDING, "building_damping"):
+            if getattr(settings, name) != getattr(SeismicSettings(), name):
                 remedy = 'give seismic.mechanism_height with it, as in "6 m", or leave it out'
                 raise CaseError(f"seismic.{name}", "is not read for a wall that stands on the ground", remedy)
         return

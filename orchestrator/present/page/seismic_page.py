@@ -57,14 +57,15 @@ def _inputs(run: StoredRun, record: dict[str, Any], live_load: str) -> list[tupl
     settings = run.case.seismic
     factors = f"{settings.confidence_factor:g}, {settings.behaviour_factor:g}"
     above = settings.mechanism_height > 0.0
+    known = known_states(settings.spectrum)
     place = "on the ground"
     if above:
         place = f"z = {settings.mechanism_height:g} m of {settings.building_height:g} m, "
         place += f"T1 = {settings.building_period:g} s, n = {settings.storeys}, ξ1 = {settings.building_damping:g}"
     of_mechanism = ", ".join(
-        f"{damping:.2f} at {state}" for state in known_states(settings.spectrum)
-        if (damping := DAMPING.get(LIKE.get(state, state)))
-    )  # fmt: skip
+        f"{damping:.2f} at {'/'.join(state for state in known if LIKE.get(state, state) == like)}"
+        for like, damping in DAMPING.items()
+    )
     return [
         ("spectrum", spectrum_words(record)),
         ("damping", f"{settings.damping:.3g} (curves); {of_mechanism} (mechanism)"),

@@ -54,7 +54,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     columns = {name: values[order] for name, values in columns.items()}
     interface = surface.nearest_interface(columns)
     interface[: len(touching)] = touching.interface
-    possible = _unconnected(columns, interface, bodies.interfaces.friction[interface])
+    possible = _unconnected(columns, interface, _friction(bodies, columns, interface))
     rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
@@ -90,6 +90,18 @@ def _unconnected(columns: dict[str, npt.NDArray], interface: IntArray, friction:
         friction=read_only(friction),
         moving=True,
     )
+
+
+def _friction(bodies: Bodies, columns: dict[str, npt.NDArray], interface: IntArray) -> FloatArray:
+    """Return the coefficients of friction (c,): of the interface of the same two bodies, else the lowest of any that
+    either of them has, supports aside."""
+    joints, pair = bodies.interfaces, np.column_stack([columns["slave_body"], columns["master_body"]])
+    lowest = np.full(len(bodies.bodies), np.inf)
+    for ends in (joints.i, joints.j):
+        np.minimum.at(lowest, ends, joints.friction)
+    lowest[bodies.moving :] = np.inf
+    own = np.sort(pair, axis=1) == np.sort(np.column_stack([joints.i, joints.j])[interface], axis=1)
+    return np.where(own.all(axis=1), joints.friction[interface], lowest[pair].min(axis=1))
 
 
 def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:

@@ -47,17 +47,28 @@ def test_the_page_says_it_in_its_language(folder, language, word):
     assert word in phrases(language)(pushed["complaint"])
 
 
-def test_ties_that_pull_a_wall_over_as_they_are_tightened_are_refused(tmp_path, capsys):
-    """3 kN at 1.2 m against 4.5 kN at 0.25 m; without a pretension the block stands."""
+def pretension_of(force):
+    return f", pretension='{force}'"
+
+
+def test_ties_that_pull_a_wall_over_as_they_are_tightened_are_named(tmp_path, capsys):
+    """3 kN at 1.2 m against 4.5 kN at 0.25 m; without a pretension the block stands. Another tie, which might hold it,
+    pulls with its own pretension as long as it is tightened."""
     outlines = [[[-1, -0.2], [2, -0.2], [2, 0], [-1, 0]], [[0, 0], [0.5, 0], [0.5, 1.5], [0, 1.5]]]
     blocks = [{"id": number, "polygon": outline, "fixed": not number} for number, outline in enumerate(outlines)]
     values = {"name": "block", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "unit_weight": 20}
     wall = tmp_path / "block.json"
     wall.write_text(json.dumps(values | {"friction": 0.7, "blocks": blocks}))
     tie = "{blocks=[1], start=['0 m', '1.2 m'], end=['-1 m', '1.2 m'], strength='9 kN', stiffness='1 kN/mm'%s}"
-    for pretension, code in ((", pretension='3 kN'", 2), ("", 0)):
-        ties = f"reinforcement.ties=[{tie % pretension}]"
+    other = "{blocks=[1], start=['0.5 m', '1.2 m'], end=['2 m', '1.2 m'], strength='9 kN', stiffness='1 kN/mm'"
+    held = f"{tie % pretension_of('3 kN')}, {other}{pretension_of('0.1 kN')}}}"
+    alone = tie % pretension_of("3 kN")
+    named = "its ties are tightened meanwhile (reinforcement.ties.pretension)"
+    refused = "reinforcement.ties: their pretension moves block 1"
+    for drawn, code, said in ((alone, 2, refused), (held, 1, named), (tie % "", 0, "")):
+        ties = f"reinforcement.ties=[{drawn}]"
         command = ["run", str(wall), "--model", "micro", "--set", ties, "--set", "stepping.final_displacement=2mm"]
         assert cli.main([*command, "--output", str(tmp_path / f"run{code}"), "-q"]) == code
         printed = " ".join(capsys.readouterr().err.split())
-        assert ("reinforcement.ties: their pretension moves block 1" in printed) == bool(pretension)
+        assert said in printed
+        assert bool(printed) == bool(said)

@@ -19,9 +19,13 @@ def at(name, acceleration, more=", amplification=2.4, reference_period=0.3"):
     ("settings", "said"),
     [
         ((*AT_SLV, at("SLD", 5.0)), "a_g of SLD is not below that of SLV; are they interchanged?"),
-        ((*AT_SLV, at("SLC", 3.0, ", amplification=2.4")), "limit_states.0 (SLC) has no reference_period of its own"),
+        (
+            (*AT_SLV, at("SLC", 3.0, ", amplification=2.4")),
+            "limit_states.0 (SLC) has no own reference_period, which depend",
+        ),
         (("peak_ground_acceleration=2.0", "largest_drift=0.5"), "usual are up to 0.03; is 0.5 % meant?"),
         ((*AT_SLV, at("SLD", 1.0)), None),
+        ((*AT_SLV[:-1], at("SLV", 2.0, "")), None),
         (("peak_ground_acceleration=2.0", "largest_drift=0.005"), None),
     ],
 )

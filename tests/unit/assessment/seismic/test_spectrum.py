@@ -152,6 +152,7 @@ STOOD = {"building_height": 9.0, "building_period": 0.3, "storeys": 3}
         ),
         (SeismicSettings(1.0, mechanism_height=3.0), "seismic.building_height", "9 m"),
         (SeismicSettings(1.0, storeys=3), "seismic.storeys", "give seismic.mechanism_height with it"),
+        (SeismicSettings(1.0, building_damping=0.1), "seismic.building_damping", "give seismic.mechanism_height"),
         (SeismicSettings(1.0, mechanism_height=12.0, **STOOD), "seismic.mechanism_height", "at most building_height"),
     ],
 )
