@@ -238,7 +238,8 @@ def judged(
 ) -> Pushed:
     """Fold the increments that were kept (`increments()` yields them in order, up to `last`) into a curve; check it.
 
-    bound_without: asked of what has fallen at the peak, where anything has.
+    bound_without: asked of what has fallen at the peak, where anything has. Where a curve ends before something went
+    far (curve_end.py), what stopped it later is no complaint.
     """
     from orchestrator.pushover.contact.mortar import coarse_toes
 

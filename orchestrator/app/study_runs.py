@@ -170,10 +170,11 @@ def _not_valid(run: PartitionRun) -> str:
 
 def _does_not_count(run: PartitionRun) -> list[str]:
     """Return why the peak of a finished run with a valid curve does not count, if it does not."""
-    if _pushover(run) is None or _not_valid(run):
+    if not (run.folder / "summary.json").exists():
         return []
-    summary = storage.read_summary(run.folder)
-    return [*filter(None, [why_not(summary.pushover[0], summary.limit_analysis, summary.wall.blocks)])]
+    found = storage.read_summary(run.folder)
+    why = why_not(found.pushover[0], found.limit_analysis, found.wall.blocks) if found.pushover[0].valid else None
+    return [why] if why else []
 
 
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, PartitionRun]) -> Iterable[dict[str, Any]]:
