@@ -83,8 +83,7 @@ class SteppingSettings(Checked):
     the base shear falls along a straight curve it goes up to four times as far"""
     final_displacement: Annotated[float, Gt(0), Unit("m")] | None = None
     """the curve ends at this displacement of the top since gravity, along the load or against it. Left out: a thirtieth
-    of the height of what moves. Where the top stands, and the wall bears more only once what moves has gone so far, it
-    ends before that"""
+    of the height of what moves"""
     final_drop: Annotated[float, Gt(0), Le(1)] = 0.2
     """the curve ends when the base shear has fallen by this share of its peak"""
     large_displacement: bool = True
