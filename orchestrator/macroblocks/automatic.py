@@ -291,7 +291,10 @@ def _chosen_without_loose_stones(
 
     met, lowest, loads = of_left(analysis.headline), analysis.lowest, analysis.loads.of_blocks(left)
     other = None if lowest is None else of_left(lowest)
-    of_part = replace(analysis, loads=loads, path=met, sequence=other, drawn=None, local_failures=())
+    of_part = replace(
+        analysis, loads=loads, associative=of_left(analysis.bound), associative_left=None,
+        path=met, sequence=other, drawn=None, local_failures=(),
+    )  # fmt: skip
     part = chosen(part_of(assemblage, left), of_part, margin, part_of(tied, left))
     group = len(left) + np.arange(len(left))
     group[left] = part.body_of_block

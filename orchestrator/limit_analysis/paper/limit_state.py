@@ -237,9 +237,9 @@ class LimitAnalysis:
 
     @property
     def expected_multiplier(self) -> float:
-        """The associative multiplier to six digits, by which a pushover measures its load: further ones are the
-        solver's, and friction has many states."""
-        return float(f"{self.associative.load_multiplier:.6g}")
+        """The associative multiplier of what local failures leave to six digits, by which a pushover measures its load:
+        further ones are the solver's, and a stone that comes loose early says nothing of the wall."""
+        return float(f"{self.bound.load_multiplier:.6g}")
 
     @property
     def geometry_decides(self) -> bool:
