@@ -7,18 +7,20 @@
     spandrel  solid above or below an opening, along the vertical line through its middle
 
 A section follows joints: it parts the free blocks whose centroids lie beyond a line from all others. What crosses it is
-then in exact balance with the loads beyond, whatever the bond.
+then in exact balance with the loads beyond, whatever the bond. A block whose centroid lies on the line is half beyond
+it: the section is the mean of those before and behind the block, and the same in a mirror.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.masonry.block_properties import block_areas, block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
@@ -47,7 +49,8 @@ class Opening:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A pier, `horizontal` False, or a spandrel: the rectangle left, right, bottom, top in m, and where it is cut."""
+    """A pier, `horizontal` False, or a spandrel: the rectangle left, right, bottom, top in m; line (p, 2): from
+    where to where the line through its middle that cuts it runs through solid, m, in the panel itself and in others."""
 
     name: str
     horizontal: bool
@@ -55,6 +58,17 @@ class Panel:
     right: float
     bottom: float
     top: float
+    line: tuple[tuple[float, float], ...]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """From where to where its sections run, m."""
+        return (self.bottom, self.top) if self.horizontal else (self.left, self.right)
+
+    def owns(self, along: FloatArray) -> BoolArray:
+        """Return which points of its line, at `along` (s,) m, are nearer to it than to other solid."""
+        distance = np.array([np.maximum(np.maximum(low - along, along - high), 0.0) for low, high in self.line])
+        return np.asarray(distance.argmin(axis=0) == self.line.index(self.ends))
 
     @property
     def depth(self) -> float:
@@ -65,7 +79,8 @@ class Panel:
 @dataclass(frozen=True, eq=False, slots=True)
 class Section:
     """The joints (s,) that cut a panel at `at` (x of a spandrel, y of a pier, m); sign (s,) is +1 where block i is the
-    lower or left one, else -1; lower, the positions of the blocks on that side; centre (2,): middle of the section."""
+    lower or left one, else -1, and half of it beside a block that lies on the line; lower, the positions of the blocks
+    on that side; centre (2,): middle of the section."""
 
     panel: Panel
     at: float
@@ -114,27 +129,38 @@ def piers(wall: Wall) -> tuple[Panel, ...]:
     solid, panels = _solid(wall), []
     for number, row in enumerate(storeys(openings(wall)), 1):
         bottom, top = _shared_height(row)
-        for place, (left, right) in enumerate(_pieces(solid, 1, 0.5 * (bottom + top)), 1):
-            panels.append(Panel(f"pier {number}.{place}", False, left, right, bottom, top))
+        line = _pieces(solid, 1, 0.5 * (bottom + top))
+        for place, (left, right) in enumerate(line, 1):
+            panels.append(Panel(f"pier {number}.{place}", False, left, right, bottom, top, line))
     return tuple(panels)
 
 
 def spandrels(wall: Wall) -> tuple[Panel, ...]:
     """Return the spandrels above and below every opening, storey by storey; each part of the wall once."""
-    solid, panels, seen = _solid(wall), [], set()
+    solid = _solid(wall)
+    panels: list[Panel] = []
     for number, row in enumerate(storeys(openings(wall)), 1):
         for place, opening in enumerate(row, 1):
-            for bottom, top in _pieces(solid, 0, opening.middle[0]):
+            line = _pieces(solid, 0, opening.middle[0])
+            for bottom, top in line:
                 where = "above" if bottom >= opening.middle[1] else "below"
                 beside = (
                     bottom <= opening.top + DRAWN_OPEN * (top - bottom) if where == "above" else top >= opening.bottom
                 )
-                key = (round(opening.middle[0], 3), round(bottom, 3))
-                if beside and key not in seen:
-                    seen.add(key)
-                    name = f"spandrel {where} {number}.{place}"
-                    panels.append(Panel(name, True, opening.left, opening.right, bottom, top))
+                panel = Panel(
+                    f"spandrel {where} {number}.{place}", True, opening.left, opening.right, bottom, top, line
+                )
+                if beside and not any(_is_same(panel, other) for other in panels):
+                    panels.append(panel)
     return tuple(panels)
+
+
+def _is_same(panel: Panel, other: Panel) -> bool:
+    """Return whether two spandrels are one, between openings one above the other."""
+    apart = np.subtract(
+        (panel.left, panel.right, panel.bottom, panel.top), (other.left, other.right, other.bottom, other.top)
+    )
+    return float(np.abs(apart).max()) <= DRAWN_OPEN * panel.depth
 
 
 def _solid(wall: Wall) -> shapely.Geometry:
@@ -145,7 +171,7 @@ def _solid(wall: Wall) -> shapely.Geometry:
     return shapely.make_valid(shapely.buffer(closed, -gap, join_style="mitre"))  # mitres may cross at a sharp corner
 
 
-def _pieces(solid: shapely.Geometry, axis: int, at: float) -> list[tuple[float, float]]:
+def _pieces(solid: shapely.Geometry, axis: int, at: float) -> tuple[tuple[float, float], ...]:
     """Return from where to where a line (y = at for axis 1, x = at for axis 0) runs through solid, m."""
     bounds = solid.bounds
     along = 1 - axis
@@ -154,43 +180,36 @@ def _pieces(solid: shapely.Geometry, axis: int, at: float) -> list[tuple[float, 
         point[axis], point[along] = at, end
     parts = shapely.get_parts(solid.intersection(shapely.LineString(ends)))
     shortest = DRAWN_OPEN * (bounds[2 + along] - bounds[along])
-    return sorted((part.bounds[along], part.bounds[2 + along]) for part in parts if part.length > shortest)
+    return tuple(sorted((part.bounds[along], part.bounds[2 + along]) for part in parts if part.length > shortest))
 
 
-def cut(assemblage: Assemblage, panels: Sequence[Panel], at: float) -> tuple[Section, ...]:
-    """Return the sections at `at` of panels of one row: all piers of a storey, or all spandrels over each other.
+def cut(assemblage: Assemblage, panel: Panel, at: float) -> Section:
+    """Return the section of a panel at `at` m.
 
-    Every joint that the cut opens belongs to the panel it is nearest to: together they carry all that crosses.
+    Every joint that the cut opens belongs to the solid it is nearest to: that on the panel's line, together, carries
+    all that crosses.
     """
-    axis = 0 if panels[0].horizontal else 1
+    axis = 0 if panel.horizontal else 1
     wall = assemblage.wall
-    beyond = block_centroids(wall)[:, axis] > at
     free = np.array([not block.fixed for block in wall.blocks])
-    beyond &= free
-    first, second = beyond[assemblage.joints.i], beyond[assemblage.joints.j]
-    crossing = first != second
-    if axis == 0:  # a support carries what reaches it: it is on neither side of a vertical cut
-        crossing &= free[assemblage.joints.i] & free[assemblage.joints.j]
-    joints = np.flatnonzero(crossing)
-    along = assemblage.joints.centroid[joints, 1 - axis]
-    ends = [(p.bottom, p.top) if p.horizontal else (p.left, p.right) for p in panels]
-    distance = np.array([np.maximum(np.maximum(low - along, along - high), 0.0) for low, high in ends])
-    owner = distance.argmin(axis=0) if len(joints) else np.zeros(0, dtype=np.int64)
-    sections = []
-    for number, (panel, (low, high)) in enumerate(zip(panels, ends, strict=True)):
-        own = joints[owner == number]
-        sign = np.where(second[own], 1.0, -1.0)
-        lower = np.unique(np.where(second[own], assemblage.joints.i[own], assemblage.joints.j[own]))
-        centre = np.array([at, at])
-        centre[1 - axis] = 0.5 * (low + high)
-        sections.append(Section(panel, at, own, read_only(sign), lower, read_only(centre)))
-    return tuple(sections)
+    beyond = np.where(free, beyond_line(wall, axis, at), 0.0)
+    rise = beyond[assemblage.joints.j] - beyond[assemblage.joints.i]
+    if panel.horizontal:  # a support carries what reaches it: it is on neither side of a vertical cut
+        rise[~(free[assemblage.joints.i] & free[assemblage.joints.j])] = 0.0
+    joints = np.flatnonzero(rise)
+    own = joints[panel.owns(assemblage.joints.centroid[joints, 1 - axis])]
+    centre = np.array([at, at])
+    centre[1 - axis] = 0.5 * sum(panel.ends)
+    lower = np.unique(np.where(rise[own] > 0.0, assemblage.joints.i[own], assemblage.joints.j[own]))
+    return Section(panel, at, own, read_only(rise[own]), lower, read_only(centre))
 
 
-def rows(panels: Sequence[Panel]) -> list[list[Panel]]:
-    """Return panels that one cut goes through: piers of one storey, spandrels over each other."""
-    in_one_cut: dict[tuple[float, float], list[Panel]] = {}
-    for panel in panels:
-        key = (panel.left, panel.right) if panel.horizontal else (panel.bottom, panel.top)
-        in_one_cut.setdefault(key, []).append(panel)
-    return list(in_one_cut.values())
+def beyond_line(wall: Wall, axis: int, at: float) -> FloatArray:
+    """Return 1 for blocks (n,) whose centroid is beyond a line at `at` m, 0 before it and 1/2 on it."""
+    over, on = block_centroids(wall)[:, axis] - at, DRAWN_OPEN * np.sqrt(block_areas(wall))
+    return np.asarray(0.5 * ((over > on).astype(float) + (over > -on)))
+
+
+def in_storeys(panels: Sequence[Panel]) -> list[list[Panel]]:
+    """Return piers storey by storey."""
+    return [list(row) for _, row in groupby(panels, key=lambda pier: (pier.bottom, pier.top))]

@@ -18,11 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.assessment.panels import Panel, Section, cut, piers, rows, spandrels
+from orchestrator.assessment.panels import Panel, Section, beyond_line, cut, in_storeys, piers, spandrels
 from orchestrator.assessment.tie_forces import TieForce
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.rigid import cross
-from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 
 
@@ -79,17 +78,21 @@ def section_forces(
     """
     forces = []
     on_j = forces_on_j(assemblage, joint_forces)
-    for row in rows(piers(assemblage.wall)):
+    for row in in_storeys(piers(assemblage.wall)):
         heights = {"foot": row[0].bottom, "middle": 0.5 * (row[0].bottom + row[0].top), "head": row[0].top}
-        cuts = {name: cut(assemblage, row, at) for name, at in heights.items()}
         forces += [
-            _of(assemblage, joint_forces, on_j, cuts[name][place], name) for place in range(len(row)) for name in cuts
+            _of(assemblage, joint_forces, on_j, cut(assemblage, pier, at), name)
+            for pier in row
+            for name, at in heights.items()
         ]
-        forces += [one for name, at in heights.items() for one in _of_ties(assemblage, ties, row, at, name)]
-    for row in rows(spandrels(assemblage.wall)):
-        at = 0.5 * (row[0].left + row[0].right)
-        forces += [_of(assemblage, joint_forces, on_j, one, "middle") for one in cut(assemblage, row, at)]
-        forces += _of_ties(assemblage, [tie for tie in ties if tie.held is None], row, at, "middle")
+        named = f"piers {row[0].name.removeprefix('pier ').partition('.')[0]}"
+        for name, at in heights.items():
+            forces += _of_ties(assemblage, ties, row[0], at, named, name)
+    not_held = [tie for tie in ties if tie.held is None]
+    for spandrel in spandrels(assemblage.wall):
+        at = 0.5 * (spandrel.left + spandrel.right)
+        forces.append(_of(assemblage, joint_forces, on_j, cut(assemblage, spandrel, at), "middle"))
+        forces += _of_ties(assemblage, not_held, spandrel, at, spandrel.name, "middle")
     return tuple(forces)
 
 
@@ -105,27 +108,22 @@ def _of(
 
 
 def _of_ties(
-    assemblage: Assemblage, ties: Sequence[TieForce], row: Sequence[Panel], at: float, name: str
+    assemblage: Assemblage, ties: Sequence[TieForce], panel: Panel, at: float, panels: str, section: str
 ) -> list[SectionForce]:
-    """Return what ties carry across the section at `at` of panels of one row."""
-    axis = 0 if row[0].horizontal else 1
-    beyond = block_centroids(assemblage.wall)[:, axis] > at
+    """Return what ties carry across the cut of a panel at `at`: of a spandrel those that are nearest to it, of a pier
+    all, as they cross its storey; panels: what they cross the cut with."""
+    axis = 0 if panel.horizontal else 1
+    beyond = beyond_line(assemblage.wall, axis, at)
     forces = []
     for tie in ties:
-        if found := tie.crossing(beyond, axis, at):
-            before, (x, y) = found
-            force = tie.on(before)
-            normal, shear = 0.0 - force[axis], force[1 - axis]
-            panel = f"tie {tie.number} with {_name_of(row, float(y))}"
-            forces.append(SectionForce(panel, name, float(x), float(y), float(normal), float(shear), 0.0, 0.0))
+        found = tie.crossing(beyond, axis, at)
+        if found is None or (panel.horizontal and not panel.owns(found[1][1:])[0]):
+            continue
+        force, (x, y) = found
+        normal, shear = 0.0 - force[axis], force[1 - axis]
+        name = f"tie {tie.number} with {panels}"
+        forces.append(SectionForce(name, section, float(x), float(y), float(normal), float(shear), 0.0, 0.0))
     return forces
-
-
-def _name_of(row: Sequence[Panel], y: float) -> str:
-    """Return what a tie crosses a cut with: the spandrel nearest to y (m), or all piers of a storey."""
-    if row[0].horizontal:
-        return min(row, key=lambda panel: max(panel.bottom - y, y - panel.top, 0.0)).name
-    return f"piers {row[0].name.removeprefix('pier ').partition('.')[0]}"
 
 
 def reactions(assemblage: Assemblage, joint_forces: FloatArray, ties: Sequence[TieForce] = ()) -> tuple[Reaction, ...]:

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.masonry.ties import Tie, ends_of
@@ -33,17 +32,19 @@ class TieForce:
         along = self.points[1 - end] - self.points[end]
         return np.asarray(self.pull * along / np.linalg.norm(along))
 
-    def crossing(self, beyond: npt.NDArray[np.bool_], axis: int, at: float) -> tuple[int, FloatArray] | None:
-        """Return which end is before a cut across `axis` at `at` m, and the point (2,) between the ends that is nearest
-        to the cut; None where both ends are on one side. beyond (n,): which blocks are beyond it; supports are not.
+    def crossing(self, beyond: FloatArray, axis: int, at: float) -> tuple[FloatArray, FloatArray] | None:
+        """Return the force (2,) in N on what is before a cut across `axis` at `at` m, and the point (2,) between the
+        ends that is nearest to the cut; None where both ends are on one side.
+
+        beyond (n,): which part of each block is beyond the cut, for that part of the force; supports are not.
         """
-        first, last = (end != self.held and bool(beyond[self.blocks[end]]) for end in (0, 1))
+        first, last = (0.0 if end == self.held else float(beyond[self.blocks[end]]) for end in (0, 1))
         if first == last:
             return None
-        before, after = (self.points[1], self.points[0]) if first else (self.points[0], self.points[1])
+        before, after = (self.points[1], self.points[0]) if first > last else (self.points[0], self.points[1])
         length = after[axis] - before[axis]
         part = np.clip((at - before[axis]) / length, 0.0, 1.0) if length else 1.0
-        return int(first), before + part * (after - before)
+        return abs(last - first) * self.on(int(first > last)), before + part * (after - before)
 
 
 def tie_forces(wall: Wall, ties: Sequence[Tie], pull: FloatArray) -> tuple[TieForce, ...]:

@@ -1,4 +1,4 @@
-"""A loose stone slides off a wall at a small multiplier, and the wall is pushed as if the stone had never lain there."""
+"""A loose stone slides off a wall at a small multiplier, and the wall bears what it bears without the stone."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.assessment.panels import piers, rows
+from orchestrator.assessment.panels import in_storeys, piers
 from orchestrator.assessment.section_forces import reactions, section_forces
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
@@ -38,19 +38,19 @@ def test_the_piers_of_a_storey_carry_all_that_is_above(facade):
     found = section_forces(assemblage, state.joint_forces)
     heights, scale = block_centroids(assemblage.wall)[:, 1], np.abs(loads).sum()
     free = np.array([not block.fixed for block in assemblage.wall.blocks])
-    storeys = rows(piers(assemblage.wall))
+    storeys = in_storeys(piers(assemblage.wall))
     assert storeys
     for row in storeys:
         for section in ("foot", "middle", "head"):
             names = [panel.name for panel in row]
             own = [force for force in found if force.panel in names and force.section == section]
             assert len(own) == len(row)
-            above = free & (heights > own[0].y)
-            x, y, _ = loads[above].sum(axis=0)
+            above = free * 0.5 * (np.sign((heights - own[0].y).round(6)) + 1.0)  # half of a stone on the line
+            x, y = above @ loads[:, :2]
             assert sum(force.normal for force in own) == pytest.approx(-y, abs=1e-6 * scale)
             assert sum(force.shear for force in own) == pytest.approx(x, abs=1e-6 * scale)
-            arm = block_centroids(assemblage.wall)[above] - [0.0, own[0].y]
-            turning = loads[above, 2] + arm[:, 0] * loads[above, 1] - arm[:, 1] * loads[above, 0]
+            arm = block_centroids(assemblage.wall) - [0.0, own[0].y]
+            turning = above * (loads[:, 2] + arm[:, 0] * loads[:, 1] - arm[:, 1] * loads[:, 0])
             moment = sum(force.moment - force.x * force.normal for force in own)
             assert moment == pytest.approx(turning.sum(), abs=1e-5 * scale), "about (0, y of the section)"
 
@@ -76,8 +76,9 @@ def test_a_block_about_to_overturn_stands_on_its_toe():
 
 
 def test_a_lintel_at_rest_on_two_piers_by_hand():
-    """Pier 10 kN, lintel 12 kN. No joint cuts the lintel: the section of the spandrel steps round it to its bearing on
-    the right pier, which pushes it up by 6 kN, 0.75 m beside the middle."""
+    """Pier 10 kN, lintel 12 kN. No joint cuts the lintel: sections of the spandrel step round it to its bearing on the
+    right pier, which pushes it up by 6 kN, 0.75 m beside the middle, or to that on the left one: by the mean of both
+    there is no shear, as by symmetry, and the moment of both."""
     polygons = [box(-1, -1, 5, 1), box(0, 0, 0.5, 1), box(1.5, 0, 0.5, 1), box(0, 1, 2, 0.3)]
     assemblage = assemblage_of(polygons, friction=0.7)
     on_ground = (assemblage.joints.i == 0) | (assemblage.joints.j == 0)
@@ -90,4 +91,4 @@ def test_a_lintel_at_rest_on_two_piers_by_hand():
         assert (foot.shear, foot.moment, head.moment) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
         assert foot.depth == pytest.approx(0.5)
     spandrel = found["spandrel above 1.1", "middle"]
-    assert (spandrel.normal, spandrel.shear, spandrel.moment) == pytest.approx((0.0, 6e3, 6e3 * 0.75), abs=1e-9)
+    assert (spandrel.normal, spandrel.shear, spandrel.moment) == pytest.approx((0.0, 0.0, 6e3 * 0.75), abs=1e-9)

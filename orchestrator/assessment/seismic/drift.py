@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.assessment.panels import cut, piers, rows
+from orchestrator.assessment.panels import cut, piers
 from orchestrator.assessment.seismic.settings import LimitStateName, SeismicSettings
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.loads import DeadLoad, Loads, LoadSettings
@@ -76,17 +76,14 @@ def drifting_piers(
     """
     wall = assemblage.wall
     drifting = []
-    for row in rows(piers(wall)):
-        feet, tops = cut(assemblage, row, row[0].bottom), cut(assemblage, row, row[0].top)
-        for panel, foot, top in zip(row, feet, tops, strict=True):
-            under, head = (np.setdiff1d(section.lower, list(fallen)) for section in (foot, top))
-            if not len(under) or not len(head):
-                continue
-            height = _level(wall, head) - _level(wall, under)
-            friction, half = float(assemblage.joints.friction[foot.joints].min()), 0.5 * height
-            drifting.append(
-                DriftingPier(panel.name, tuple(under), tuple(head), height, panel.depth, half, half, friction)
-            )
+    for panel in piers(wall):
+        foot, top = cut(assemblage, panel, panel.bottom), cut(assemblage, panel, panel.top)
+        under, head = (np.setdiff1d(section.lower, list(fallen)) for section in (foot, top))
+        if not len(under) or not len(head):
+            continue
+        height = _level(wall, head) - _level(wall, under)
+        friction, half = float(assemblage.joints.friction[foot.joints].min()), 0.5 * height
+        drifting.append(DriftingPier(panel.name, tuple(under), tuple(head), height, panel.depth, half, half, friction))
     if drifting:
         return tuple(drifting)
     base = min(float(block.polygon[:, 1].min()) for block in wall.blocks if not block.fixed)
