@@ -22,6 +22,8 @@ from orchestrator.masonry.joints import Assemblage
 
 DECIMALS = 12
 """of a loss, of a mechanism's energy, and of a mass, of the wall's: what is less is rounding, and must not choose"""
+PLACES = 6
+"""decimals of a coordinate, over the size of a mean stone, to which blocks stand beside or above each other"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -119,9 +121,14 @@ def _price(first: Motions, second: Motions) -> tuple[float, float]:
 def _joined_in_order(
     assemblage: Assemblage, mechanisms: Sequence[Mechanism], within: IntArray
 ) -> Iterator[tuple[int, int]]:
-    """Yield (new group, old group) twice a join: numbers of groups are those of one of their blocks."""
-    motions = dict(enumerate(_motions_of_blocks(assemblage, mechanisms)))
-    neighbours = _neighbours(assemblage, within)
+    """Yield (new group, old group) twice a join: numbers of groups are those of one of their blocks.
+
+    Of joins that cost alike, where blocks stand decides, not their numbers.
+    """
+    block = _by_place(assemblage, mechanisms)
+    rank, blocks = np.argsort(block), _motions_of_blocks(assemblage, mechanisms)
+    motions = {place: blocks[k] for place, k in enumerate(block)}
+    neighbours = _neighbours(assemblage, within, rank)
     version = dict.fromkeys(motions, 0)
     queue = [_priced(motions, version, i, j) for i, others in neighbours.items() for j in others if i < j]
     heapq.heapify(queue)
@@ -135,7 +142,17 @@ def _joined_in_order(
         for other in neighbours[i]:
             neighbours[other] = neighbours[other] - {j} | {i}
             heapq.heappush(queue, _priced(motions, version, min(i, other), max(i, other)))
-        yield i, j
+        yield int(block[i]), int(block[j])
+
+
+def _by_place(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> IntArray:
+    """Return the blocks (n,) from below, those of one height along the motion: the same however they are numbered, and
+    in a mirror."""
+    wall = assemblage.wall
+    towards = sum(float(np.sign(block_weights(wall) @ mechanism.velocities[:, 0])) for mechanism in mechanisms)
+    centres = block_centroids(wall) / np.sqrt(block_areas(wall).mean())
+    along, height = np.round((centres - centres.min(axis=0)).T, PLACES)
+    return np.lexsort([along if towards >= 0.0 else -along, height])
 
 
 def _priced(
@@ -145,13 +162,14 @@ def _priced(
     return _price(motions[i], motions[j]), i, j, (version[i], version[j])
 
 
-def _neighbours(assemblage: Assemblage, within: IntArray) -> dict[int, set[int]]:
-    """Return for every free block the free blocks of the same body that it shares a joint with."""
-    neighbours: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
+def _neighbours(assemblage: Assemblage, within: IntArray, rank: IntArray) -> dict[int, set[int]]:
+    """Return for every free block the free blocks of the same body that it shares a joint with, all by rank."""
+    free = [not block.fixed for block in assemblage.wall.blocks]
+    neighbours: dict[int, set[int]] = {int(place): set() for place in rank[free]}
     for i, j in assemblage.joints.pairs:
-        if i in neighbours and j in neighbours and within[i] == within[j]:
-            neighbours[i].add(j)
-            neighbours[j].add(i)
+        if free[i] and free[j] and within[i] == within[j]:
+            neighbours[int(rank[i])].add(int(rank[j]))
+            neighbours[int(rank[j])].add(int(rank[i]))
     return neighbours
 
 
@@ -168,4 +186,10 @@ def pairs_by_loss(
         first, second = sorted((int(body[i]), int(body[j])))
         if first != second and second < partition.count:
             joints[first, second] = (i, j)
-    return [joints[pair] for pair in sorted(joints, key=lambda pair: _price(motions[pair[0]], motions[pair[1]]))]
+    rank = np.argsort(_by_place(assemblage, mechanisms))
+    first_of = [int(rank[body == number].min()) for number in range(partition.count)]
+
+    def order(pair: tuple[int, int]) -> tuple[tuple[float, float], list[int]]:
+        return _price(motions[pair[0]], motions[pair[1]]), sorted(first_of[number] for number in pair)
+
+    return [joints[pair] for pair in sorted(joints, key=order)]

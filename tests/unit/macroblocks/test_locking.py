@@ -10,6 +10,8 @@ import pytest
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.macroblocks.locking import Motion, hierarchy, locked, motion_of_blocks, pairs_by_loss
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import running_bond
 from tests.support.walls import of_file
 
 
@@ -70,6 +72,21 @@ def test_rounding_does_not_choose_between_bodies_that_lose_alike(wall_1, times):
     fast = replace(slow, velocities=times * slow.velocities)
     assert np.array_equal(hierarchy(assemblage, [fast]), hierarchy(assemblage, [slow]))
     assert pairs_by_loss(stones, assemblage, [fast]) == pairs_by_loss(stones, assemblage, [slow])
+
+
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_numbers_of_stones_do_not_choose_between_bodies_that_lose_alike(mirror):
+    """Stones of a running bond are alike, and those of one macroblock lose nothing to each other: of 66 stones, and of
+    their mirror image, other bodies were finer ones than those of the macroblocks, in another numbering."""
+    assemblage = find_joints(running_bond(6, 10), JointSettings())
+    blocks, motion = assemblage.wall.blocks, analyse(assemblage).headline.mechanism
+    shuffled = np.random.default_rng(1).permutation(len(blocks))
+    seen = [replace(blocks[k], polygon=(blocks[k].polygon * [mirror, 1.0])[::mirror]) for k in shuffled]
+    other = find_joints(replace(assemblage.wall, blocks=tuple(seen)), JointSettings())
+    moved = replace(motion, velocities=motion.velocities[shuffled] * [mirror, 1.0, mirror])
+    for one, another in zip(hierarchy(assemblage, [motion]), hierarchy(other, [moved]), strict=True):
+        back = another[np.argsort(shuffled)]
+        assert len(np.unique(one)) == len(np.unique(back)) == len(np.unique(np.column_stack([one, back]), axis=0))
 
 
 def test_the_hierarchy_goes_from_every_stone_to_one_body_and_never_through_a_support(wall_1):
