@@ -106,7 +106,7 @@ def _settle(options: argparse.Namespace, case: Case, output: Path, console: Cons
         under = f"{', '.join(name for name, _ in group)}: " if len(found) > 1 else ""
         console.print(
             f"{under}support {options.settle} gives way at {angle:g} degrees: "
-            f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
+            f"least reaction {0.0 - state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
             soft_wrap=True,
         )
     return 0

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import few
+from orchestrator.limit_analysis.gravity import GRAVITY_TOLERANCE
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium, assemble_equilibrium, equilibrium_matrix
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
@@ -64,6 +65,8 @@ def settle(assemblage: Assemblage, support: int, angle: float, loads: Loads | No
     equilibrium = settlement_equilibrium(assemblage, support, angle, loads)
     problem = Problem(assemblage, equilibrium, coulomb(assemblage))
     solution = solve_limit_lp(problem.equilibrium, problem.friction)
+    if abs(solution.load_multiplier) < GRAVITY_TOLERANCE * equilibrium.unit_force:  # the support is not needed
+        solution = replace(solution, load_multiplier=0.0)
     d = problem.equilibrium.live_load
     u = np.where(
         np.repeat(d.reshape(-1, 3).any(axis=1), 3), d, solution.velocities

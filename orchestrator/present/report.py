@@ -103,7 +103,7 @@ def write_settlement(
     figures: Path, assemblage: Assemblage, state: LimitState, angle: float, language: Language = "en"
 ) -> list[Path]:
     """Draw the mechanism of a support that gives way at `angle`; return the files."""
-    reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
+    reaction = f"least reaction {0.0 - state.load_multiplier / 1e3:.4g} kN"
     figure = plots.mechanism(assemblage, state, np.array([np.cos(angle), np.sin(angle)]), "settlement", "", reaction)
     return plots.save(figure, figures, "settlement", language)
 

@@ -80,6 +80,15 @@ def test_arch_on_spreading_supports_has_heymans_least_thrust():
     assert reaction == pytest.approx(max(thrusts), rel=1e-8)
 
 
+def test_a_support_that_is_not_needed_bears_nothing():
+    """A block stands on one support by itself: the power of its mechanism was out of balance by 10, as both are noise,
+    and the reaction was -0.0000 kN."""
+    wall = assemblage_of([box(0, -1, 1, 1), box(1, -1, 0.2, 1), box(0, 0, 1.2, 1)], fixed=(0, 1))
+    state = settle(wall, 1, -np.pi / 2)
+    assert state.load_multiplier == 0.0
+    assert state.power_residual < 1e-6
+
+
 def test_only_supports_settle():
     with pytest.raises(CaseError, match=r"settlement\.support: block 3 is not a support; supports are 0"):
         settle(case("tower_5_blocks"), 3, 0.0)

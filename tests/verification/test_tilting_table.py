@@ -13,9 +13,9 @@ import pytest
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
-from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
-from tests.support.limit_analysis_cases import answers, case, transformed
+from tests.support.limit_analysis_cases import answers, assemblage_of, box, case, transformed
 
 
 def tilted(name, angle):
@@ -60,6 +60,21 @@ def test_only_a_load_that_tilts_with_the_wall_is_an_angle(settings, tilts):
     wall = case("tower_5_blocks")
     found = analyse(wall, loads=loads_on(wall.wall, settings))
     assert (found.tilt_angle(found.associative) is not None) == tilts
+
+
+def test_a_load_that_acts_elsewhere_does_not_tilt():
+    """Half a tonne on top of a block of 0.6 m x 1.2 m. A table tilts it about its toe where b/2 (W + P) = tan (W h/2 +
+    P h); the same forces through the centroid need more, and no table has them."""
+    wall = assemblage_of([box(-1, -1, 3, 1), box(0, 0, 0.6, 1.2)], friction=2.0)
+    weight, on_top = float(loads_on(wall.wall).dead[1, 1]), DeadLoad((1,), force=5e3, at=(0.3, 1.2))
+    through_it = LiveLoad(blocks=(1,), force=5e3 - weight)
+    of_table = analyse(wall, loads=loads_on(wall.wall, LoadSettings(dead=(replace(on_top, inertia=True),))))
+    other = LoadSettings(dead=(on_top,), distribution="per_block", live=(through_it,))
+    centred = analyse(wall, loads=loads_on(wall.wall, other))
+    tangent = 0.3 * (5e3 - weight) / (5e3 * 1.2 - weight * 0.6)
+    assert of_table.tilt_angle(of_table.headline) == pytest.approx(atan(tangent), rel=1e-6)
+    assert centred.headline.load_multiplier > 1.2 * tangent
+    assert centred.tilt_angle(centred.headline) is None
 
 
 def test_strengths_do_not_tilt():

@@ -100,7 +100,8 @@ def named_point(settings: SeismicSettings, wall: Wall) -> ControlPoint | None:
     if settings.control_level is None:
         return None
     tops = _tops(wall)
-    at_level = tuple(k for k in free.values() if abs(tops[k] - settings.control_level) < AT_LEVEL)
+    near = AT_LEVEL * _heights(wall)
+    at_level = tuple(k for k in free.values() if abs(tops[k] - settings.control_level) < near[k])
     if not at_level:
         listed = ", ".join(f"{top:g}" for top in sorted({round(float(tops[k]), 3) for k in free.values()})[:20])
         problem = f"no block has its top at {settings.control_level:g} m"
@@ -115,8 +116,8 @@ def candidates(assemblage: Assemblage, load: LoadSettings, gone: frozenset[int] 
     points = []
     for extra in load.dead:
         carrying = np.setdiff1d(extra_dead_loads(wall, (extra,)).block, list(gone))
-        points += [_named("floor", tops, level) for level in _levels(tops, carrying)]
-    return points + [_named("roof", tops, level) for level in _levels(tops, uncovered(assemblage, gone))]
+        points += [_named("floor", tops, level) for level in _levels(wall, carrying)]
+    return points + [_named("roof", tops, level) for level in _levels(wall, uncovered(assemblage, gone))]
 
 
 def uncovered(assemblage: Assemblage, gone: frozenset[int] = NONE) -> IntArray:
@@ -137,7 +138,8 @@ def uncovered(assemblage: Assemblage, gone: frozenset[int] = NONE) -> IntArray:
     lines = shapely.linestrings(np.stack([middle, sky], axis=1))
     line, above = shapely.STRtree(shapes(wall)).query(lines, predicate="intersects")
     begins = np.array([block.polygon[:, 1].min() for block in wall.blocks])
-    is_over = begins[above] > middle[line, 1] + AT_LEVEL  # and does not lie on a part of it
+    near = AT_LEVEL * _heights(wall)[bare]
+    is_over = begins[above] > (middle[:, 1] + near)[line]  # and does not lie on a part of it
     hidden = {bare[k] for k, other in zip(line[is_over], above[is_over], strict=True) if other not in gone}
     return np.array([k for k in bare if k not in hidden] or free, dtype=np.int64)
 
@@ -152,11 +154,21 @@ def _tops(wall: Wall) -> FloatArray:
     return np.array([block.polygon[:, 1].max() for block in wall.blocks])
 
 
-def _levels(tops: FloatArray, blocks: IntArray) -> list[tuple[int, ...]]:
-    """Return blocks grouped by the height of their tops, to AT_LEVEL."""
-    ordered = blocks[np.argsort(tops[blocks], kind="stable")]
-    breaks = np.flatnonzero(np.diff(tops[ordered]) > AT_LEVEL) + 1
-    return [tuple(sorted(group.tolist())) for group in np.split(ordered, breaks) if len(group)]
+def _heights(wall: Wall) -> FloatArray:
+    return np.array([np.ptp(block.polygon[:, 1]) for block in wall.blocks])
+
+
+def _levels(wall: Wall, blocks: IntArray) -> list[tuple[int, ...]]:
+    """Return blocks grouped by the height of their tops: those that lie above the lowest of a group by no more than
+    AT_LEVEL of their height."""
+    tops, near = _tops(wall), AT_LEVEL * _heights(wall)
+    levels: list[list[int]] = []
+    for k in blocks[np.argsort(tops[blocks], kind="stable")].tolist():
+        if levels and tops[k] - tops[levels[-1][0]] <= near[k]:
+            levels[-1].append(k)
+        else:
+            levels.append([k])
+    return [tuple(sorted(group)) for group in levels]
 
 
 def _tops_of(wall: Wall, blocks: tuple[int, ...]) -> ControlPoint:

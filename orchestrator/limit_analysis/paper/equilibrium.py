@@ -70,10 +70,14 @@ class Equilibrium:
 
     @property
     def live_load_is_turned_dead_load(self) -> bool:
-        """Whether every block's live force is its dead force turned by a right angle, as on a tilting table."""
-        dead, live = (load.reshape(-1, 3)[:, :2] for load in (self.dead_load, self.live_load))
-        turned = np.sign(self.base_shear) * np.column_stack([-dead[:, 1], np.zeros(len(dead))])
-        return bool(np.allclose(live, turned, rtol=1e-12, atol=1e-12 * self.unit_force))
+        """Whether every block's live load is its dead load turned by a right angle, as on a tilting table: its forces,
+        and their moments about the centroid, which the dead load has on a block that is turned."""
+        dead, live = (load.reshape(-1, 3) for load in (self.dead_load, self.live_load))
+        sense, none = np.sign(self.base_shear), np.zeros(len(dead))
+        moments = none if self.moments_turned is None else self.moments_turned[:, 0]
+        turned = np.column_stack([-sense * dead[:, 1], none, -sense * moments])
+        unit = self.unit_force * np.array([1.0, 1.0, self.block_length])
+        return bool(np.allclose(live / unit, turned / unit, rtol=1e-12, atol=1e-12))
 
     @property
     def row_scale(self) -> FloatArray:

@@ -28,6 +28,8 @@ from orchestrator.masonry.wall import Wall
 
 CLOSED = 1e-4
 """A joint's end is closed when it carries more than this part of the mean block weight."""
+NO_POWER = 1e-6
+"""of a mean block's weight at the largest displacement: where live and dead load have less, both have none"""
 
 
 def mechanism_from(wall: Wall, equilibrium: Equilibrium, velocities: FloatArray) -> Mechanism:
@@ -89,7 +91,7 @@ def power_residual(
     joint_forces: FloatArray,
     mechanism: Mechanism,
 ) -> float:
-    """|lambda f_L . u + f_D . u - dissipation in the joints| relative to the live load's power.
+    """|lambda f_L . u + f_D . u - dissipation in the joints| relative to the power of live or dead load, the larger.
 
     dilatancy (k,) is psi. 0 only if every force does the work its flow rule allows: joints that open carry nothing (or
     their tensile strength) where they open, joints that slide or crush carry all they can, against the motion.
@@ -98,7 +100,9 @@ def power_residual(
     live, dead = load_multiplier * (equilibrium.live_load @ u), equilibrium.dead_load @ u
     rates = np.column_stack([mechanism.opening, mechanism.slip])
     dissipation = coulomb.dissipation(joint_forces, rates, dilatancy)
-    return abs(float(live + dead) - dissipation) / max(abs(float(live)), float(np.finfo(float).tiny))
+    none = NO_POWER * equilibrium.unit_force * mechanism.largest_displacement
+    largest = max(abs(float(live)), abs(float(dead)), none)
+    return abs(float(live + dead) - dissipation) / largest
 
 
 def dilation(

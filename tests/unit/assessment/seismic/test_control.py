@@ -107,6 +107,15 @@ def test_one_stone_that_stands_1_mm_above_the_rest_is_not_alone():
     assert point.blocks == (1, 2)
 
 
+@pytest.mark.parametrize("scale", [0.002, 1.0])
+def test_two_roofs_are_two_at_every_size(scale):
+    """Tops within a part of a stone's height are one roof. They were within 10 mm, one after the other."""
+    steps = [upright(k, 2.0 * k * scale, 0, scale, (1 + 0.008 * k) * scale) for k in range(1, 4)]
+    wall = wall_of(*steps, upright(4, 8 * scale, 0, scale, 2 * scale))
+    found = candidates(find_joints(wall, JointSettings(tolerance=1e-4 * scale)), LoadSettings())
+    assert [point.blocks for point in found] == [(1, 2), (3,), (4,)]
+
+
 def test_named_points():
     assert chosen(two_towers(), control_blocks=(3,)).name == "top of block 3"
     assert chosen(two_towers(), control_level=1.0).blocks == (2,)
