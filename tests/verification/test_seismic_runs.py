@@ -7,10 +7,12 @@ import json
 import re
 from math import inf
 
+import numpy as np
 import pytest
 
 from orchestrator import storage
 from orchestrator.app.cli import main
+from orchestrator.assessment.capacity import idealise
 from orchestrator.present.report import rebuild
 
 pytestmark = pytest.mark.usefixtures("without_pictures")
@@ -167,7 +169,7 @@ def of_curve(summary):
 
 def test_a_stone_that_has_fallen_is_no_part_of_control_point_and_drift(tmp_path):
     """The pin falls at 0.48, the wall goes on to 0.633: what is verified is the wall that never had it, but for the 3 %
-    of elastic stiffness that the pin's weight on the edge makes. SLD is the peak, where curve.csv has it: the pin
+    of elastic stiffness that the pin's weight on the edge makes. SLD is where the static rows of curve.csv yield: the pin
     had made 3.45 mm of 0.05 mm when it had fallen."""
     output, pinned = with_a_loose_stone(tmp_path / "pinned", "")
     _, without = with_a_loose_stone(tmp_path / "without", "", pinned=False)
@@ -186,8 +188,11 @@ def test_a_stone_that_has_fallen_is_no_part_of_control_point_and_drift(tmp_path)
     assert 0 < len(static) < len(curve)
     shear = [row["base_shear_N"] for row in static]
     assert [row["base_shear_N"] for row in point] == shear, "rows in which the wall moves are no static curve"
-    at_peak, rest = (float(row["control_displacement_m"]) for row in (max(static, key=base_shear), static[0]))
-    assert pinned["seismic"]["checks"][0]["capacity"] * system["gamma"] == pytest.approx(at_peak - rest, rel=1e-3)
+    shear, moved = (
+        np.array([float(row[name]) for row in static]) for name in ("base_shear_N", "control_displacement_m")
+    )
+    yields, at_peak = idealise(shear, moved).yield_displacement, moved[shear.argmax()] - moved[0]
+    assert pinned["seismic"]["checks"][0]["capacity"] * system["gamma"] == pytest.approx(min(yields, at_peak), rel=0.01)
 
 
 def test_a_control_point_of_fallen_stones_only_is_refused_in_words(tmp_path):

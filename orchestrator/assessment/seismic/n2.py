@@ -90,14 +90,15 @@ def demand(spectrum: Spectrum, bilinear: Bilinear, system: EquivalentSystem) -> 
 def displacement_of_curve(state: LimitStateName, bilinear: Bilinear, at_peak: float) -> float:
     """Return the displacement capacity (m, of the control point) that a curve has at a limit state.
 
-    SLC and NC where the base shear has dropped by 20 %, SLV and SD three quarters of that, SLD at the peak (at_peak m)
-    (C7.8.1.5.4), DL at the yield point of the bilinear (EN 1998-3 Annex C).
+    SLC and NC where the base shear has dropped by 20 %, SLV and SD three quarters of that, DL at the yield point of the
+    bilinear (EN 1998-3 Annex C), and SLD there or at the peak (at_peak m), whichever is first (C7.8.1.5.4; the peak is
+    that of all piers together, as joints have no shear strength of piers).
     """
     ultimate = bilinear.ultimate_displacement
     yielding = min(bilinear.yield_displacement, ultimate)
     return {
         "SLC": ultimate, "NC": ultimate, "SLV": SIGNIFICANT * ultimate, "SD": SIGNIFICANT * ultimate,
-        "SLD": at_peak, "DL": yielding,
+        "SLD": min(yielding, at_peak), "DL": yielding,
     }[state]  # fmt: skip
 
 

@@ -56,7 +56,7 @@ TOO_STIFF = 0.05
 estimated for at 3, 6, 8, 14 and 21 % elements of a quarter of the size were 5, 16, 17, 33 and 31 % softer, as more of
 their joints opened (a throw-away script)"""
 CLAUSES = {
-    "SLD": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (peak)",
+    "SLD": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (yield)",
     "SLV": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (3/4), C7.8.1.6",
     "SLC": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (80 %), C7.8.1.6",
     "DL": "EN 1998-1 Annex B, EN 1998-3 Annex C (yield)",
