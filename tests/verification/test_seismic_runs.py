@@ -169,7 +169,7 @@ def of_curve(summary):
 
 def test_a_stone_that_has_fallen_is_no_part_of_control_point_and_drift(tmp_path):
     """The pin falls at 0.48, the wall goes on to 0.633: what is verified is the wall that never had it, but for the 3 %
-    of elastic stiffness that the pin's weight on the edge makes. SLD is where the static rows of curve.csv yield: the pin
+    of elastic stiffness that the pin's weight on the edge makes. SLD is where static rows of curve.csv yield: the pin
     had made 3.45 mm of 0.05 mm when it had fallen."""
     output, pinned = with_a_loose_stone(tmp_path / "pinned", "")
     _, without = with_a_loose_stone(tmp_path / "without", "", pinned=False)
