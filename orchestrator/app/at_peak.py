@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orchestrator.assessment.capacity import STILL, Capacity
+from orchestrator.basis.arrays import BoolArray
 from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
 from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.pushover.increments import RESTED, BodyMask, Increment, PushoverCurve
+from orchestrator.pushover.increments import RESTED, Increment, PushoverCurve
 from orchestrator.storage.summary import AtPeak, NarrowPeak, Snap
 
 if TYPE_CHECKING:
@@ -24,14 +25,14 @@ DROP = 0.05
 NARROW = 1 / 400
 """part of the final displacement within which it is one, and that a motion without rest has to be longer than to count:
 a tenth of the largest increment"""
-BoundLeft = Callable[[BodyMask], float | None]
+BoundLeft = Callable[[BoolArray], float | None]
 """from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
 
 
 def bound_left(assemblage: Assemblage, loads: Loads, bodies: Bodies) -> BoundLeft:
     """Return what finds the associative multiplier of a wall without bodies; loads, ties: those of limit analysis."""
 
-    def bound(fallen: BodyMask) -> float | None:
+    def bound(fallen: BoolArray) -> float | None:
         gone = [block for body in np.flatnonzero(fallen) for block in bodies.bodies[body].blocks]
         return bound_of_what_is_left(assemblage, loads, ~np.isin(np.arange(len(assemblage.wall.blocks)), gone))
 

@@ -44,7 +44,7 @@ from orchestrator.app.curve_end import (
 )
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
-from orchestrator.basis.arrays import read_only
+from orchestrator.basis.arrays import BoolArray, read_only
 from orchestrator.basis.errors import (
     CaseError,
     CollapseError,
@@ -68,7 +68,7 @@ from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.contact.cohesion import CoarseCracks, coarse_cracks
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
-from orchestrator.pushover.increments import BodyMask, Increment, PushoverCurve, end_of_curve
+from orchestrator.pushover.increments import Increment, PushoverCurve, end_of_curve
 from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.pushover.path.curve_checks import RowMisfits, check_curve
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
@@ -196,7 +196,7 @@ def follow(
     newton: NewtonSettings,
     stepping: SteppingSettings,
     expected: float,
-    loose: BodyMask | None,
+    loose: BoolArray | None,
     last: Increment | None,
     keep: Callable[[Increment], None],
     suffices: Suffices | None,
@@ -294,7 +294,7 @@ def peak_memory() -> int:
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def loose_of(model: ModelName, wall: Wall, bodies: Bodies, analysis: LimitAnalysis) -> BodyMask | None:
+def loose_of(model: ModelName, wall: Wall, bodies: Bodies, analysis: LimitAnalysis) -> BoolArray | None:
     """Return the macroblocks (b,) that are stones which limit analysis found to come loose before the wall fails.
 
     None for micro-FE, the reference, to which limit analysis says nothing of the kind, and so for the same bodies.

@@ -6,10 +6,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
 from orchestrator.geometry.ring_geometry import area_of, rows_between, sine_of_acute
 
@@ -206,7 +205,7 @@ class Rings:
         order = order[width[order] <= tolerance]
         return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
 
-    def folded(self) -> npt.NDArray[np.bool_]:
+    def folded(self) -> BoolArray:
         """Return for each row whether another block has its edge on the same side."""
         _, number, count = np.unique(self.keys()[0], return_inverse=True, return_counts=True)
         return np.asarray(count[number.ravel()] > 1)
@@ -310,7 +309,7 @@ class Rings:
             drop[[row for row in (*between, *rows) if row != last]] = True  # the last of them keeps its edge
         self.drop(drop)
 
-    def drop(self, rows: npt.NDArray[np.bool_]) -> None:
+    def drop(self, rows: BoolArray) -> None:
         """Leave out some rows (rows,)."""
         keep = ~rows
         self.vertex, self.block = self.vertex[keep], self.block[keep]

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 
 GRID = 1e-12
 """Over the size of the smallest shape (the root of its area): what coordinates are rounded to. Without a grid, edges
@@ -32,7 +32,7 @@ class Penetrations:
     place: FloatArray
 
 
-def penetrations(shapes: npt.NDArray[np.object_], free: npt.NDArray[np.bool_], farthest: float) -> Penetrations:
+def penetrations(shapes: npt.NDArray[np.object_], free: BoolArray, farthest: float) -> Penetrations:
     """Return the overlaps of polygons (n,) of which at least one is `free` (n,).
 
     farthest: largest coordinate that they were drawn with, m, before they were moved to where they are compared.

@@ -17,9 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.geometry.outline_rings import Rings
 from orchestrator.geometry.placed_rings import place, place_on_lines
 from orchestrator.geometry.tidied_rings import collapse, measure, straighten
@@ -52,7 +51,7 @@ class PlanarMap:
     right: IntArray
     width: FloatArray
     ring_edge: IntArray
-    ring_forward: npt.NDArray[np.bool_]
+    ring_forward: BoolArray
     first: IntArray
     error: float
     straightened: float

@@ -8,11 +8,10 @@ from itertools import pairwise
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely.validation import explain_validity
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import BoolArray, FloatArray
 from orchestrator.geometry.rigid import cross
 
 SHARPEST = 0.02
@@ -97,7 +96,7 @@ def clicked_once(ring: FloatArray, within: float) -> FloatArray:
     return ring[kept] if len(kept) > 2 else ring
 
 
-def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
+def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> BoolArray:
     """Return which points of a chain (p, 2) Douglas and Peucker's rule keeps: those farther than `within` (m) from the
     line between two kept ones. A closed chain keeps three.
 

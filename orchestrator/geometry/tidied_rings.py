@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from orchestrator.basis.arrays import BoolArray
 from orchestrator.geometry.outline_rings import KEPT, Rings
 from orchestrator.geometry.ring_geometry import area_of, foot_on, kept_of_chain
 
@@ -85,7 +85,7 @@ def straighten(rings: Rings, within: float, tolerance: float, bend: float) -> fl
     return float(changed)
 
 
-def _give_back(rings: Rings, drop: npt.NDArray[np.bool_]) -> None:
+def _give_back(rings: Rings, drop: BoolArray) -> None:
     """Take back from the vertices to be dropped (v,) those of blocks that would keep too little of their area."""
     begins = np.append(np.flatnonzero(np.diff(rings.block, prepend=-1)), len(rings.block))
     spoilt = True

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from orchestrator.basis.arrays import BoolArray
 from orchestrator.basis.printed import percent_of
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.loads.block_loads import Loads
@@ -63,7 +63,7 @@ def column_words(assemblage: Assemblage, loads: Loads, state: LimitState, elasti
     )
 
 
-def _under_free_columns(joints: Interfaces, columns: Columns) -> npt.NDArray[np.bool_]:
+def _under_free_columns(joints: Interfaces, columns: Columns) -> BoolArray:
     """Return which joints (k,) are beds of a column on which nothing stands that stands on other stones too."""
     bed, up = is_level(joints), joints.normal[:, 1] > 0.0
     lower, upper = np.where(up, joints.i, joints.j), np.where(up, joints.j, joints.i)

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.loads.block_loads import Loads, loads_on
@@ -56,7 +56,7 @@ class StandardView:
     loads: Loads
     block: IntArray
     joint: IntArray
-    interchanged: npt.NDArray[np.bool_]
+    interchanged: BoolArray
     mirror: int
 
     def carried_back(self, answer: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
@@ -156,6 +156,6 @@ def _on_corners(points: FloatArray, wall: Wall) -> FloatArray:
     return moved
 
 
-def _ends(values: npt.NDArray[Scalar], interchanged: npt.NDArray[np.bool_]) -> npt.NDArray[Scalar]:
+def _ends(values: npt.NDArray[Scalar], interchanged: BoolArray) -> npt.NDArray[Scalar]:
     """Return values (k, 2) at start and end, interchanged where that is said."""
     return np.where(interchanged[:, None], values[:, ::-1], values)

@@ -17,10 +17,9 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Protocol
 
 import numpy as np
-import numpy.typing as npt
 from annotated_types import Ge, Le, MinLen
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.units import Unit
@@ -135,7 +134,7 @@ class Loads:
     blocks: str = ""
     turned: FloatArray | None = None
 
-    def of_blocks(self, which: npt.NDArray[np.bool_] | IntArray) -> Loads:
+    def of_blocks(self, which: BoolArray | IntArray) -> Loads:
         """Return the loads on some of the blocks, or on all of them in another order."""
         dead, live = read_only(self.dead[which]), read_only(self.live[which])
         return replace(self, dead=dead, live=live, turned=read_only(self.moments_turned[which]), blocks="")

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from annotated_types import Gt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
@@ -202,9 +201,9 @@ def blocks_at_level(wall: Wall, level: float) -> list[int]:
     return [k for k, block in enumerate(wall.blocks) if not block.fixed and reaches(block.polygon)]
 
 
-def at_level(edges: FloatArray, polygon: FloatArray, level: float) -> npt.NDArray[np.bool_]:
+def at_level(edges: FloatArray, polygon: FloatArray, level: float) -> BoolArray:
     """Return which edges (e, 2, 2) of a polygon lie at a level (m), within AT_LEVEL of the polygon's height."""
-    found: npt.NDArray[np.bool_] = np.abs(edges[..., 1] - level).max(axis=1) < AT_LEVEL * np.ptp(polygon[:, 1])
+    found: BoolArray = np.abs(edges[..., 1] - level).max(axis=1) < AT_LEVEL * np.ptp(polygon[:, 1])
     return found
 
 

@@ -12,10 +12,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.planar_map import NO_BLOCK, PlanarMap
 from orchestrator.geometry.rigid import cross, polygon_area
@@ -233,7 +232,7 @@ class _Ring:
     edge: tuple[int, ...]
 
 
-def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: npt.NDArray[np.bool_]) -> list[list[_Ring]]:
+def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: BoolArray) -> list[list[_Ring]]:
     """Return the rings of every body, the exterior first."""
     left = body_of_block[outlines.left]
     right = np.where(outlines.right == NO_BLOCK, NO_BLOCK, body_of_block[outlines.right])
@@ -291,7 +290,7 @@ def _turn(vertex: FloatArray, start: IntArray, end: IntArray, coming: int, leavi
 
 
 def _simplified(
-    outlines: PlanarMap, edge: IntArray, start: IntArray, is_interface: npt.NDArray[np.bool_], first_block: IntArray
+    outlines: PlanarMap, edge: IntArray, start: IntArray, is_interface: BoolArray, first_block: IntArray
 ) -> _Ring:
     """Return the ring without vertices where it goes straight on and no joint ends; it begins at a corner of the first
     block (vertices `first_block` of its outline) if it has one."""

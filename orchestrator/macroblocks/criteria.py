@@ -22,10 +22,9 @@ from math import inf
 from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.graphs import connected_groups
@@ -138,9 +137,7 @@ def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSet
     return _partition(assemblage, within, settings)
 
 
-def _within_criterion_3(
-    assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings
-) -> npt.NDArray[np.bool_]:
+def _within_criterion_3(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings) -> BoolArray:
     """Return (k,): whether normal, tangential and rotational differences are within their tolerances."""
     opening = np.abs(mechanism.opening.mean(axis=1))
     if settings.evaluate_at == "ends":
@@ -151,7 +148,7 @@ def _within_criterion_3(
     return (opening <= settings.tol_n) & (slip <= settings.tol_s) & (turned <= settings.tol_r)
 
 
-def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest: float) -> npt.NDArray[np.bool_]:
+def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest: float) -> BoolArray:
     """Return (k,): whether the centres of rotation of both blocks are within `largest` (m)."""
     centres = centres_of_rotation(velocities, block_centroids(assemblage.wall))
     i, j = assemblage.joints.i, assemblage.joints.j
@@ -164,10 +161,10 @@ def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest:
     return same_point | both_at_rest | both_translate | np.isinf(largest)
 
 
-def _alike(first: FloatArray, second: FloatArray) -> npt.NDArray[np.bool_]:
+def _alike(first: FloatArray, second: FloatArray) -> BoolArray:
     """Return where two translations (k, 2) have one velocity, to `SAME_VELOCITY`."""
     faster = np.maximum(np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
-    same: npt.NDArray[np.bool_] = np.linalg.norm(first - second, axis=1) <= SAME_VELOCITY * faster
+    same: BoolArray = np.linalg.norm(first - second, axis=1) <= SAME_VELOCITY * faster
     return same
 
 
@@ -179,7 +176,7 @@ def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:
             raise CaseError(f"macroblocks.{name}", problem, f"use at least {noise:.1e} (scale {settings.scale})")
 
 
-def _partition(assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: MacroblockSettings | None) -> Partition:
+def _partition(assemblage: Assemblage, within: BoolArray, settings: MacroblockSettings | None) -> Partition:
     """Return connected components of the joints `within` (k,) tolerance that touch no support."""
     fixed = np.array([block.fixed for block in assemblage.wall.blocks])
     i, j = assemblage.joints.i, assemblage.joints.j

@@ -11,9 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, frozen, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, frozen, read_only
 from orchestrator.basis.graphs import connected_groups
 
 STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
@@ -62,7 +61,7 @@ class Interfaces:
         return len(self.i)
 
     @property
-    def is_tie(self) -> npt.NDArray[np.bool_]:
+    def is_tie(self) -> BoolArray:
         """Which of them are ties in space (k,)."""
         return frozen(np.isfinite(self.capacity))
 
@@ -100,7 +99,7 @@ class Interfaces:
         """Contact points (v, d) of one of them."""
         return self.point[np.searchsorted(self.joint, number) : np.searchsorted(self.joint, number, side="right")]
 
-    def part(self, which: npt.NDArray[np.bool_] | IntArray) -> Interfaces:
+    def part(self, which: BoolArray | IntArray) -> Interfaces:
         """Return some of them, or all in another order."""
         number = np.full(self.count, -1)
         number[which] = np.arange(len(self.i[which]))

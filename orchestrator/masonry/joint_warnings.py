@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from orchestrator.basis.arrays import BoolArray
 from orchestrator.basis.errors import CaseError, FallsError
 from orchestrator.basis.printed import as_place, counted, few, millimetres, printed
 from orchestrator.geometry.healing import open_gaps
@@ -105,9 +105,7 @@ def strengths_beyond_the_cone(assemblage: Assemblage, classes: Sequence[JointCla
     return said
 
 
-def _replaced(
-    name: str, classes: Sequence[JointClass], fits: Sequence[npt.NDArray[np.bool_]], number: int
-) -> npt.NDArray[np.bool_]:
+def _replaced(name: str, classes: Sequence[JointClass], fits: Sequence[BoolArray], number: int) -> BoolArray:
     """Return in which joints (k,) classes after one of a number give its value `name` anew."""
     value, after = MODULI.get(name, name), range(number + 1, len(classes))
     later = [fits[k] for k in after if value in {MODULI.get(given, given) for given in values_of(classes[k])}]

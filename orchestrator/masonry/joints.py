@@ -7,11 +7,10 @@ from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, fingerprint, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import as_place, millimetres
@@ -195,7 +194,7 @@ def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Ass
     return replace(assemblage, joints=joints)
 
 
-def fitting(assemblage: Assemblage, joint_class: JointClass) -> npt.NDArray[np.bool_]:
+def fitting(assemblage: Assemblage, joint_class: JointClass) -> BoolArray:
     """Return which joints (k,) a class fits."""
     joints = assemblage.joints
     if joint_class.orientation == "any":
@@ -210,7 +209,7 @@ def fitting(assemblage: Assemblage, joint_class: JointClass) -> npt.NDArray[np.b
     return fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
 
 
-def is_bed(joints: Interfaces) -> npt.NDArray[np.bool_]:
+def is_bed(joints: Interfaces) -> BoolArray:
     """Return which joints (k,) are nearer to the horizontal, or as near to it as to the vertical but for AS_STEEP."""
     across, up = np.abs(joints.end - joints.start).T
     return across > (1.0 - AS_STEEP) * up
@@ -225,7 +224,7 @@ def values_of(joint_class: JointClass) -> dict[str, float]:
 def _stiffness(
     assemblage: Assemblage,
     joint_class: JointClass,
-    fits: npt.NDArray[np.bool_],
+    fits: BoolArray,
     key: str,
     which: Literal["normal", "shear"],
 ) -> float | FloatArray | None:

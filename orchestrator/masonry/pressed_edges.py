@@ -20,9 +20,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.masonry.block_properties import block_moduli
 from orchestrator.masonry.interfaces import Interfaces
@@ -64,13 +63,13 @@ def under_turning(force: FloatArray, soft: FloatArray, turn: FloatArray) -> Floa
     return np.asarray(3.0 * force * soft / (np.pi * turn))
 
 
-def is_at_end(normal: FloatArray) -> npt.NDArray[np.bool_]:
+def is_at_end(normal: FloatArray) -> BoolArray:
     """Return which joints press at one end; normal (k, 2): their forces at both, none negative, N."""
     force = normal.sum(axis=1)
     return np.asarray((force > 0.0) & (normal.min(axis=1) <= AT_END * force))
 
 
-def is_level(joints: Interfaces) -> npt.NDArray[np.bool_]:
+def is_level(joints: Interfaces) -> BoolArray:
     """Return which joints (k,) may be beds of a column."""
     return np.asarray(np.abs(joints.normal[:, 1]) > LEVEL)
 

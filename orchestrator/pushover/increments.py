@@ -8,13 +8,11 @@ from enum import IntEnum
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.printed import counted
 from orchestrator.pushover.settings import SteppingSettings
 
-BodyMask = npt.NDArray[np.bool_]
 Phase = Literal["gravity", "load", "displacement"]
 """what is prescribed: the share of the weight, the load multiplier, the mean displacement of the driven bodies"""
 RESTED = "moved until it rested"
@@ -96,8 +94,8 @@ class Increment:
     largest_base_shear: float
     out_of_balance: float
     moving: bool
-    driven: BodyMask
-    fallen: BodyMask
+    driven: BoolArray
+    fallen: BoolArray
     gone: FloatArray
     equilibrium_residual: float
     iterations: int
@@ -153,7 +151,7 @@ class PushoverCurve:
         """Return the curve that ends with increment `number`, and why it does."""
         return replace(self._rows(self.step <= number), stopped_because=stopped_because)
 
-    def _rows(self, rows: BodyMask) -> PushoverCurve:
+    def _rows(self, rows: BoolArray) -> PushoverCurve:
         return replace(self, **{name: getattr(self, name)[rows] for name in COLUMNS})
 
     @classmethod

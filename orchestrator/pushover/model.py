@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sparse
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.loads.block_loads import horizontal
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import Bond
@@ -81,7 +80,7 @@ class ContactModel:
     body_mass: FloatArray
     body_weight: FloatArray
     body_live: FloatArray
-    fallen: npt.NDArray[np.bool_]
+    fallen: BoolArray
     bond: Bond | None = None
     mortar: Mortar | None = None
     ties: TieBars | None = None
@@ -214,14 +213,14 @@ def _horizontal(lateral: FloatArray, front: FrontNodes) -> float:
     return abs(float(lateral[: front.nodes.size : 3].sum()))
 
 
-def driven_by(model: ContactModel, driven: npt.NDArray[np.bool_]) -> ContactModel:
+def driven_by(model: ContactModel, driven: BoolArray) -> ContactModel:
     """Return the model whose `mean_row` is the mean displacement along the live load of the bodies `driven` (b,)."""
     part = np.where(np.repeat(driven[model.body], 3), model.lateral, 0.0)
     work = np.abs(part[: model.front.nodes.size]).sum()
     return replace(model, mean_row=part / work)
 
 
-def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
+def without(model: ContactModel, fallen: BoolArray) -> ContactModel:
     """Return the undeformed model without the weight, live load and contacts of the bodies `fallen` (b,).
 
     Their nodes stay among the unknowns, held by their mass alone, where they have come to.
@@ -245,7 +244,7 @@ def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
     )
 
 
-def touching(bodies: npt.NDArray[np.bool_], contacts: Contacts) -> npt.NDArray[np.bool_]:
+def touching(bodies: BoolArray, contacts: Contacts) -> BoolArray:
     """Return which contacts (c,) have one of some bodies (b,) on either side."""
     there = np.append(bodies, np.zeros(max(contacts.master_body.max(), contacts.slave_body.max()) + 1, bool))
     return there[contacts.slave_body] | there[contacts.master_body]
@@ -274,7 +273,7 @@ def displaced(
     model: ContactModel,
     displacement: FloatArray,
     closed: FloatArray | None = None,
-    known: npt.NDArray[np.bool_] | None = None,
+    known: BoolArray | None = None,
 ) -> ContactModel:
     """Return the model of the wall displaced by `displacement` (n,) in m: corotational bodies, contacts found anew.
 
@@ -327,7 +326,7 @@ def _turned(blocks: sparse.bsr_matrix, rotation: FloatArray) -> sparse.bsr_matri
     return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=blocks.shape)
 
 
-def top_weights(meshes: BodyMeshes, forward: FloatArray, of: npt.NDArray[np.bool_] | None = None) -> FloatArray:
+def top_weights(meshes: BodyMeshes, forward: FloatArray, of: BoolArray | None = None) -> FloatArray:
     """Return (3 nodes,): weights of displacements whose sum is the mean along `forward` (2,) over the top surface.
 
     The surface is the set of side triangles at the largest y; where the top is a point or a slope, it is the highest

@@ -15,9 +15,8 @@ from dataclasses import dataclass, fields, replace
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 
 OFFSET = 0.005
@@ -54,7 +53,7 @@ class Toes:
     over: FloatArray
     column: FloatArray
     bodies: IntArray
-    bends: npt.NDArray[np.bool_]
+    bends: BoolArray
 
     def of(self, *bodies: int) -> Toes:
         """Return those of joints of any of these bodies, columns where any of these bends."""

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
@@ -103,7 +102,7 @@ class SpaceMasses:
     block: IntArray
     point: FloatArray
     weight: FloatArray
-    own: npt.NDArray[np.bool_]
+    own: BoolArray
 
 
 def direction_of(settings: SpaceLoadSettings, up: FloatArray) -> FloatArray:

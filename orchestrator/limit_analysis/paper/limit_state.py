@@ -7,16 +7,14 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.loads.block_loads import Loads, upright_resultant
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
 from orchestrator.masonry.points_in_common import PointInCommon
 
-BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
 FlowRule = Literal[
     "associative", "sequence", "path", "last_rest", "large_displacements", "smoothed", "descent", "unloaded"

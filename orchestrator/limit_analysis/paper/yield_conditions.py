@@ -26,10 +26,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.masonry.joints import Assemblage
 
 CORNERS = np.concatenate([[0.0], 10.0 ** np.arange(-9.0, -3.0), np.sin(np.linspace(0.0, 0.5 * np.pi, 51))[1:] ** 2])
@@ -52,7 +51,7 @@ class YieldConditions:
     cohesion: FloatArray
     tension: FloatArray = field(default_factory=lambda: read_only(0.0))
     crushing: FloatArray = field(default_factory=lambda: read_only(np.inf))
-    chords: npt.NDArray[np.bool_] = field(default_factory=lambda: read_only(LAST_CHORD, np.bool_))
+    chords: BoolArray = field(default_factory=lambda: read_only(LAST_CHORD, np.bool_))
 
     def __post_init__(self) -> None:
         for name in ("tension", "crushing"):
@@ -61,17 +60,17 @@ class YieldConditions:
         object.__setattr__(self, "chords", read_only(chords, np.bool_))
 
     @property
-    def crushes(self) -> npt.NDArray[np.bool_]:
+    def crushes(self) -> BoolArray:
         """Which joints (k,) have a finite compressive strength."""
         return np.isfinite(self.crushing)
 
     @property
-    def without_shear(self) -> npt.NDArray[np.bool_]:
+    def without_shear(self) -> BoolArray:
         """Which joints (k,) carry no shear, whatever presses them: ties, which have neither friction nor cohesion."""
         return (self.slope == 0.0) & (self.cohesion == 0.0)
 
     @property
-    def are_ties(self) -> npt.NDArray[np.bool_]:
+    def are_ties(self) -> BoolArray:
         """Which joints (k,) are ties (masonry/ties.py): without shear, and crushed by no more than they pull with."""
         return self.without_shear & (self.crushing <= self.tension)
 
@@ -90,7 +89,7 @@ class YieldConditions:
         """Whether joints carry twice as much when they are pressed twice as hard: nothing but friction."""
         return not (self.cohesion.any() or self.tension.any() or self.crushes.any())
 
-    def of_joints(self, chosen: npt.NDArray[np.bool_]) -> YieldConditions:
+    def of_joints(self, chosen: BoolArray) -> YieldConditions:
         """Return the conditions of the chosen (k,) joints only."""
         return replace(
             self,

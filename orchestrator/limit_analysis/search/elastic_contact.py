@@ -26,10 +26,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.joint_points import OF_MORTAR, OF_STONES, JointPoints
@@ -111,7 +110,7 @@ def joint_stiffness(wall: ElasticWall) -> FloatArray:
     return wall.stiffness.reshape(-1, 2 * len(wall.points.places)) @ wall.points.joint_of_points.T
 
 
-def open_ends(wall: ElasticWall, rates: FloatArray) -> npt.NDArray[np.bool_]:
+def open_ends(wall: ElasticWall, rates: FloatArray) -> BoolArray:
     """Return which ends (k, 2) of joints stand open, from the rates (c, 2) since they were drawn."""
     opened = (wall.stiffness[:, 0] * rates[:, 0] > JOINT_SMOOTHING).reshape(-1, len(wall.points.places))
     return opened[:, [0, -1]]

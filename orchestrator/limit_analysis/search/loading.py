@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from orchestrator.basis.arrays import BoolArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure, is_of_geometry
@@ -32,7 +33,7 @@ from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import SAME_ANSWER, LoadPath, StateSearch, going_down, load_path
 from orchestrator.limit_analysis.search.moving_parts import ids_of, moves, moving_share, shares_of, standing_of
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
-from orchestrator.limit_analysis.search.what_is_left import Chosen, of_whole
+from orchestrator.limit_analysis.search.what_is_left import of_whole
 from orchestrator.loads.block_loads import Loads
 from orchestrator.loads.local_part import is_local
 from orchestrator.masonry.joints import Assemblage
@@ -80,7 +81,7 @@ class Loaded:
     state: LimitState | None
     path: LoadPath
     local_failures: tuple[LocalFailure, ...]
-    left: Chosen
+    left: BoolArray
     part: Problem
     optimum: LimitSolution
     spread: tuple[float, float] | None = None
@@ -154,7 +155,7 @@ def in_small_displacements(
     optimum: LimitSolution,
     local_share: float,
     most_blocks: int,
-    before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
+    before: tuple[BoolArray, tuple[LocalFailure, ...]] | None = None,
 ) -> Loaded | None:
     """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose.
 
@@ -285,7 +286,7 @@ def peeled(
     optimum: LimitSolution,
     local_share: float,
     road: Road,
-    before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
+    before: tuple[BoolArray, tuple[LocalFailure, ...]] | None = None,
 ) -> Loaded | None:
     """Load a wall, taking local failures away until what moves is the wall; before: the blocks left, and what is not.
 

@@ -15,10 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.masonry.block_properties import block_centroids, outlines_of
@@ -46,8 +45,8 @@ class MovedJoints:
     first_row: IntArray
     point: FloatArray
     frame: FloatArray
-    corner_of_i: npt.NDArray[np.bool_]
-    corner_of_both: npt.NDArray[np.bool_]
+    corner_of_i: BoolArray
+    corner_of_both: BoolArray
     inwards: FloatArray
     of_joint: int
     unit: float
@@ -130,7 +129,7 @@ def moved_joints(assemblage: Assemblage, equilibrium: Equilibrium, places: Float
     )
 
 
-def _is_corner(wall: Wall, block: IntArray, point: FloatArray, near: float) -> npt.NDArray[np.bool_]:
+def _is_corner(wall: Wall, block: IntArray, point: FloatArray, near: float) -> BoolArray:
     """Return which points (c, 2) are corners of blocks (c,), within a distance in m; a vertex that its neighbours have
     on a straight line between them is none."""
     outlines = outlines_of(wall)

@@ -12,15 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import BoolArray, FloatArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.masonry.joints import Assemblage
-
-Chosen = npt.NDArray[np.bool_]
 
 MOVES = 1e-6
 """Part of the largest velocity (rotations times a block length) above which a block moves."""
@@ -32,8 +29,8 @@ RINGS = 8
 class MovingPart:
     """Which free blocks (m,) are taken and which joints (k,) they have, and the terms of Eq. (1) for these alone."""
 
-    blocks: Chosen
-    joints: Chosen
+    blocks: BoolArray
+    joints: BoolArray
     equilibrium: Equilibrium
     friction: YieldConditions
     whole: Equilibrium

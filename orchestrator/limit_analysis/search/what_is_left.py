@@ -8,18 +8,17 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, read_only
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.joints import Assemblage
 
-Chosen = npt.NDArray[np.bool_]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-def part_of(assemblage: Assemblage, left: Chosen) -> Assemblage:
+def part_of(assemblage: Assemblage, left: BoolArray) -> Assemblage:
     """Return the assemblage of the blocks left (n,) and the joints between them."""
     joints, number = assemblage.joints.part(joints_left(assemblage, left)), np.cumsum(left) - 1
     blocks = tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)
@@ -27,19 +26,19 @@ def part_of(assemblage: Assemblage, left: Chosen) -> Assemblage:
     return Assemblage(replace(assemblage.wall, blocks=blocks), replace(joints, i=i, j=j))
 
 
-def joints_left(assemblage: Assemblage, left: Chosen) -> Chosen:
+def joints_left(assemblage: Assemblage, left: BoolArray) -> BoolArray:
     """Return the joints (k,) between blocks that are left (n,)."""
-    joints: Chosen = left[assemblage.joints.i] & left[assemblage.joints.j]
+    joints: BoolArray = left[assemblage.joints.i] & left[assemblage.joints.j]
     return joints
 
 
-def of_whole(state: LimitState, whole: Assemblage, left: Chosen) -> LimitState:
+def of_whole(state: LimitState, whole: Assemblage, left: BoolArray) -> LimitState:
     """Return a state of the blocks left (n,) with the arrays of the whole wall, zeros elsewhere."""
     if left.all():
         return state
     joints = joints_left(whole, left)
 
-    def spread(values: npt.NDArray[Scalar], chosen: Chosen) -> FloatArray:
+    def spread(values: npt.NDArray[Scalar], chosen: BoolArray) -> FloatArray:
         everywhere = np.zeros((len(chosen), *values.shape[1:]))
         everywhere[chosen] = values
         return read_only(everywhere)
@@ -55,7 +54,7 @@ def of_whole(state: LimitState, whole: Assemblage, left: Chosen) -> LimitState:
     return replace(state, mechanism=mechanism, joint_forces=spread(state.joint_forces, joints), open_ends=open_ends)
 
 
-def bound_of_what_is_left(assemblage: Assemblage, loads: Loads, left: Chosen) -> float | None:
+def bound_of_what_is_left(assemblage: Assemblage, loads: Loads, left: BoolArray) -> float | None:
     """Return the associative multiplier of the blocks that are left (n,), where they were drawn, under their own loads.
 
     None where nothing bounds it, or it is not found: what is left is wedged between supports, or does not stand.

@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from annotated_types import Ge, Gt
 from scipy import ndimage
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.printed import counted
@@ -57,7 +56,7 @@ class Shape:
 
     category: str
     outline: FloatArray | None = None
-    mask: npt.NDArray[np.bool_] | None = None
+    mask: BoolArray | None = None
     corner: tuple[int, int] = (0, 0)
 
 
@@ -161,7 +160,7 @@ def _shape(part: Any, category: str, key: str) -> list[Shape]:
     return [Shape(category, corners[np.any(corners != np.roll(corners, 1, axis=0), axis=1)])]
 
 
-def _mask(part: dict[str, Any], key: str) -> tuple[npt.NDArray[np.bool_], tuple[int, int]]:
+def _mask(part: dict[str, Any], key: str) -> tuple[BoolArray, tuple[int, int]]:
     """Return a mask from its run lengths, cut to its columns, and the column and row of its first pixel."""
     size, counts = part.get("size"), part.get("counts")
     wrong = CaseError(f"{key}.segmentation", "its run lengths do not fill its size", "annotate polygons instead")
@@ -293,7 +292,7 @@ def _filled(shapes: list[Shape], settings: CocoSettings, smallest: float) -> tup
     return drawing, lower_left(number) + origin, [masks[stone - 1][0] for stone in stones]
 
 
-def _masks(shape: Shape, smallest: float) -> list[tuple[str, npt.NDArray[np.bool_], tuple[int, int]]]:
+def _masks(shape: Shape, smallest: float) -> list[tuple[str, BoolArray, tuple[int, int]]]:
     """Return category, mask and place (column, row) of the patches of a shape that are not too small."""
     from skimage.draw import polygon2mask
 

@@ -10,9 +10,8 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.arrays import BoolArray, IntArray
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.sources.pixels import Pixels
 from orchestrator.masonry.sources.segmentation import large
@@ -43,7 +42,7 @@ class Patches:
     of: IntArray
     code: IntArray
     area: IntArray
-    is_stone: npt.NDArray[np.bool_]
+    is_stone: BoolArray
 
 
 def are_labels(pixels: Pixels, smallest: float) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 
 STRAIGHT_WITHIN_PIXELS = 1.5
 """pixels: how far the steps of a straight edge may lie from it. Steps that are left interlock: stones stand that would
@@ -68,7 +68,7 @@ def _chains(number: IntArray) -> npt.NDArray[np.object_]:
     return np.concatenate([merged[~closed], np.array(halves, dtype=object)])
 
 
-def _runs(edge: npt.NDArray[np.bool_], turning: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray, IntArray]:
+def _runs(edge: BoolArray, turning: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return row, first and last corner of each straight run of pixel edges.
 
     edge (rows, n): there is one between corners k and k + 1; turning (rows, n - 1): a run ends at corner k + 1.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 from scipy import ndimage
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.printed import as_place, counted
@@ -175,7 +175,7 @@ def _stones_by_lightness(pixels: Pixels, settings: PictureSettings, kind: str) -
     )
 
 
-def _said_other_colour(rest: npt.NDArray[np.bool_], settings: PictureSettings, kind: str, stones: int) -> list[str]:
+def _said_other_colour(rest: BoolArray, settings: PictureSettings, kind: str, stones: int) -> list[str]:
     """Return a warning if the stones seem to have the other colour: mortar hangs together, stones do not."""
     others = int(large_patches(rest, settings.smallest_patch)[0].max())
     other = "white" if kind == "black" else "black"
@@ -185,7 +185,7 @@ def _said_other_colour(rest: npt.NDArray[np.bool_], settings: PictureSettings, k
     return [f"WARNING: {patches}, {others} {other} ones: if those are the stones, give --stones {other}"]
 
 
-def _is_stone(pixels: Pixels, threshold: int, kind: str) -> npt.NDArray[np.bool_]:
+def _is_stone(pixels: Pixels, threshold: int, kind: str) -> BoolArray:
     """Return which pixels are of the stones' colour."""
     return (pixels.lightness >= threshold) == (kind == "white")
 

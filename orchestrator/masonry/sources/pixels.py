@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.arrays import BoolArray, IntArray
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
 
@@ -27,7 +27,7 @@ class Pixels:
 
     code: IntArray
     lightness: npt.NDArray[np.uint8]
-    clear: npt.NDArray[np.bool_] | None = None
+    clear: BoolArray | None = None
     """transparent pixels, none if there are none"""
     numbers: bool = False
     """the code is a number, not a colour"""

@@ -10,10 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 
 REACHES = (1, 2, 4, 8)
 """pixels of erosion by which stones that run together are looked for: half the width of the bridge between them"""
@@ -37,7 +36,7 @@ class RunTogether:
     largest: FloatArray
 
 
-def large_patches(is_stone: npt.NDArray[np.bool_], smallest: float) -> tuple[IntArray, int]:
+def large_patches(is_stone: BoolArray, smallest: float) -> tuple[IntArray, int]:
     """Return the number of each pixel's patch, from 1 on and 0 for none, and how many patches are left out because
     they have fewer than `smallest` pixels. Patches touch by edges, not by corners."""
     from skimage.measure import label

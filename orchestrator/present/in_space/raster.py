@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, tangents_of, triangles
 
 FINER = 2
@@ -121,7 +120,7 @@ def places_of_numbers(picture: Picture) -> dict[int, tuple[int, int, int, int]]:
     return places
 
 
-def _around(holds: npt.NDArray[np.bool_], place: int) -> int:
+def _around(holds: BoolArray, place: int) -> int:
     """Return how many neighbours in a row hold, at a place that does."""
     ends = np.flatnonzero(~holds)
     after = np.searchsorted(ends, place)

@@ -15,7 +15,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from orchestrator.assessment.capacity import Bilinear, Capacity
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.basis.printed import marked, printed
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
 from orchestrator.loads.dead_loads import DeadLoad
@@ -49,7 +49,7 @@ from orchestrator.present.plots.load_arrows import draw_dead_load
 from orchestrator.present.plots.words import legend_below, write_title
 from orchestrator.present.tie_states import ShownTies, State
 from orchestrator.present.weights import multiplied, weight_words
-from orchestrator.pushover.increments import BodyMask, ContactStatus, Increment, PushoverCurve
+from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
 
@@ -226,7 +226,7 @@ def _title(moment: str, increment: Increment, loads: str, under_gravity: float, 
 
 
 def _carried_by(
-    bodies: Bodies, meshes: BodyMeshes, moved: FloatArray, fallen: BodyMask
+    bodies: Bodies, meshes: BodyMeshes, moved: FloatArray, fallen: BoolArray
 ) -> Callable[[int, FloatArray], FloatArray]:
     """Return where points (p, 2) of a block go that move as the nearest nodes of its body, by `moved` (m, 2); none of
     a body that has fallen."""

@@ -10,9 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.masonry.block_properties import block_areas, block_centroids
 from orchestrator.masonry.joints import Assemblage
@@ -32,7 +31,7 @@ class Thrust:
     resultant: FloatArray
 
 
-def carrying(joint_forces: FloatArray) -> npt.NDArray[np.bool_]:
+def carrying(joint_forces: FloatArray) -> BoolArray:
     """Return which joints (k,) carry load; `joint_forces` (k, 3) as in LimitState."""
     normal = joint_forces[:, :2].sum(axis=1)
     return normal > CARRIES * normal.max()

@@ -18,9 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
 from orchestrator.pushover.contact.faces import find_touching
@@ -69,7 +68,7 @@ class Bond:
         return replace(self, tension=tension, cohesion=cohesion, **history)
 
     @property
-    def holds(self) -> npt.NDArray[np.bool_]:
+    def holds(self) -> BoolArray:
         """(c,): what still carried tension or cohesion at the start of the increment."""
         return (self.damage < 1.0) & ((self.tension > 0.0) | (self.cohesion > 0.0))
 
@@ -89,8 +88,8 @@ class BondResponse:
     tension_slope: FloatArray
     cohesion_slope: FloatArray
     plastic_slip: FloatArray
-    by_opening: npt.NDArray[np.bool_]
-    intact: npt.NDArray[np.bool_]
+    by_opening: BoolArray
+    intact: BoolArray
 
 
 def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tolerance: float) -> BondResponse:

@@ -23,9 +23,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import BoolArray, FloatArray
 from orchestrator.pushover.contact.cohesion import BondResponse
 
 LEAST_TOLERANCE = 1e-3
@@ -43,12 +42,12 @@ class FrictionResponse:
 
     traction: FloatArray
     elastic_slip: FloatArray
-    sliding: npt.NDArray[np.bool_]
+    sliding: BoolArray
     slip_stiffness: FloatArray
     pressure_slope: FloatArray
     limit: FloatArray
     tolerance: FloatArray
-    elastic: npt.NDArray[np.bool_]
+    elastic: BoolArray
 
     def damped(self, slip: FloatArray, viscosity: FloatArray) -> FrictionResponse:
         """Return the response with the viscous traction viscosity (c,) in N/m x slip (c, 2) in m added."""
@@ -118,7 +117,7 @@ def friction_response(
 
 def tolerances(
     limit: FloatArray, slip_tolerance: float, shear_stiffness: FloatArray | None
-) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+) -> tuple[FloatArray, BoolArray]:
     """Return the elastic slip (c,) in m at which the traction reaches its limit (c,) in N, and whether mortar sets it.
 
     That is limit / stiffness in mortar, but where hardly anything presses, `LEAST_TOLERANCE` of the slip tolerance.

@@ -12,9 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.corners import CornerPairs, FacePairs
 from orchestrator.pushover.contact.faces import Faces
@@ -108,9 +107,9 @@ def track(
     of: BodyNodes,
     frames: Frames,
     displacement: FloatArray,
-    gone: npt.NDArray[np.bool_],
+    gone: BoolArray,
     closed: FloatArray | None,
-    known: npt.NDArray[np.bool_] | None,
+    known: BoolArray | None,
 ) -> Tracked:
     """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m, but for those that are `gone` (c,).
 
@@ -196,9 +195,7 @@ def _at_an_angle(tracking: Tracking) -> tuple[IntArray, IntArray]:
     return rows, tracking.pair[rows] - (len(tracking.slave_of_pair) - len(tracking.corner_pairs))
 
 
-def _is_near(
-    tracking: Tracking, points: _Points, known: npt.NDArray[np.bool_], closed: FloatArray | None
-) -> npt.NDArray[np.bool_]:
+def _is_near(tracking: Tracking, points: _Points, known: BoolArray, closed: FloatArray | None) -> BoolArray:
     """Return whether points (c,) are at the master's face: neither too far off, nor too deep, nor beyond its ends."""
     size = tracking.size_of_pair[tracking.pair]
     deepest = np.zeros(len(tracking.slave_of_pair))
@@ -209,15 +206,13 @@ def _is_near(
     return near & (points.inside >= -COVER * size)
 
 
-def _overlaps(tracking: Tracking, frames: Frames, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _overlaps(tracking: Tracking, frames: Frames, known: BoolArray) -> BoolArray:
     """Return whether the faces of contacts (c,) overlap far enough to touch."""
     least = np.where(_in_touch(tracking, known), END, ONTO) * tracking.size_of_pair
     return (_overlap(tracking, frames) > least)[tracking.pair] | (tracking.corner == ANGLED)
 
 
-def _ways_out(
-    tracking: Tracking, frames: Frames, points: _Points, known: npt.NDArray[np.bool_]
-) -> tuple[npt.NDArray[np.bool_], FloatArray]:
+def _ways_out(tracking: Tracking, frames: Frames, points: _Points, known: BoolArray) -> tuple[BoolArray, FloatArray]:
     """Return which contacts (c,) are the way out of the master, those of corners at an angle from ONTO on, and how deep
     (c,) in m such a corner lies when it bears."""
     of_pair = np.ones(len(tracking.slave_of_pair), bool)
@@ -267,7 +262,7 @@ def _shifted_ends(tracking: Tracking, of: BodyNodes, frames: Frames, moved: Floa
     return np.where(node < 0, 0.0, along)
 
 
-def _in_touch(tracking: Tracking, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _in_touch(tracking: Tracking, known: BoolArray) -> BoolArray:
     """Return for each pair of faces (p,) whether their bodies have one of the contacts `known` (c,)."""
     body = tracking.faces.body
     slave, master = body[tracking.slave_of_pair], body[tracking.master_of_pair]

@@ -23,10 +23,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.faces import STRAIGHT, Faces
@@ -47,9 +46,9 @@ class CornerPairs:
 
     slave: IntArray
     master: IntArray
-    at_once: npt.NDArray[np.bool_]
-    notch: npt.NDArray[np.bool_]
-    rises: npt.NDArray[np.bool_]
+    at_once: BoolArray
+    notch: BoolArray
+    rises: BoolArray
     rival_vertex: IntArray
     rival_face: IntArray
 
@@ -85,12 +84,12 @@ class FacePairs:
     vertex: IntArray
     own_face: IntArray
     rival_face: IntArray
-    is_way: npt.NDArray[np.bool_]
+    is_way: BoolArray
 
     def __len__(self) -> int:
         return len(self.vertex)
 
-    def are_out(self, faces: Faces, frames: Frames) -> npt.NDArray[np.bool_]:
+    def are_out(self, faces: Faces, frames: Frames) -> BoolArray:
         """Return which pairs (p,) are the way out at both ends, bodies as rigid ones."""
         own = _heights(faces, frames, self.vertex, self.own_face).max(axis=2)
         rival = np.where(self.is_way, _heights(faces, frames, self.vertex, self.rival_face), -np.inf).max(axis=2)
@@ -195,7 +194,7 @@ def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
     return products
 
 
-def _on_joints(bodies: Bodies, faces: Faces) -> npt.NDArray[np.bool_]:
+def _on_joints(bodies: Bodies, faces: Faces) -> BoolArray:
     """Return which ring edges (e,) are joints."""
     touched = np.zeros(len(faces.of_edge), bool)
     for body, edge in ((bodies.interfaces.i, bodies.edge_i), (bodies.interfaces.j, bodies.edge_j)):

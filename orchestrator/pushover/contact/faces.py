@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
@@ -79,7 +78,7 @@ def find_faces(bodies: Bodies) -> Faces:
     )
 
 
-def _begins(ring: FloatArray) -> npt.NDArray[np.bool_]:
+def _begins(ring: FloatArray) -> BoolArray:
     """Return the vertices of a closed ring (n, 2) where a face begins.
 
     The sharpest corner is one; on from there, wherever the directions of a face's edges would differ by more than

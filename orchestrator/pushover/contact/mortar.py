@@ -21,9 +21,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
@@ -51,7 +50,7 @@ class Mortar:
     shear_stiffness: FloatArray
     strength: FloatArray
     closing: FloatArray
-    crushed: npt.NDArray[np.bool_]
+    crushed: BoolArray
 
     def at(self, rows: IntArray, closing: FloatArray, normal_force: FloatArray) -> Mortar:
         """Return the mortar of the contacts `rows`, with their history; both arrays (possible,), in m and N."""

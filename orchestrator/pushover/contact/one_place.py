@@ -9,10 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 
 COVER = 7.56e-3
 """contacts no farther apart than this, over the root of the smaller body's area, are at one place"""
@@ -39,7 +38,7 @@ class PlacedContacts:
     master_face: IntArray
     normal: FloatArray
     level: IntArray
-    angled: npt.NDArray[np.bool_]
+    angled: BoolArray
 
 
 def at_one_place(contacts: PlacedContacts) -> tuple[IntArray, IntArray]:
@@ -67,7 +66,7 @@ def at_one_place(contacts: PlacedContacts) -> tuple[IntArray, IntArray]:
     return one[same], other[same]
 
 
-def at_a_tip(contacts: PlacedContacts, one: IntArray, other: IntArray) -> npt.NDArray[np.bool_]:
+def at_a_tip(contacts: PlacedContacts, one: IntArray, other: IntArray) -> BoolArray:
     """Return which contacts (c,) are at one place with one whose face differs in slope; one, other (p,): pairs there.
 
     Where a wedge runs out between them, two bodies touch with corners whose faces are at its angle; so do a node and
@@ -79,9 +78,7 @@ def at_a_tip(contacts: PlacedContacts, one: IntArray, other: IntArray) -> npt.ND
     return found
 
 
-def deepest(
-    rank: IntArray, gives_way: npt.NDArray[np.bool_], one: IntArray, other: IntArray
-) -> tuple[IntArray, IntArray]:
+def deepest(rank: IntArray, gives_way: BoolArray, one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
     """Return which contacts (s,) stay, of all at one place the first by rank (c,), and which of them take over (h, 2).
 
     gives_way (c,): they do in any case. one, other (p,): pairs at one place.

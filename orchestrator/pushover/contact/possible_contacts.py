@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts
 from orchestrator.pushover.contact.contact_tracking import ANGLED, DEEPEST, SUPPORT_POINT, Tracking
@@ -135,7 +135,7 @@ def _facing(bodies: Bodies, faces: Faces) -> list[tuple[int, int]]:
     return list(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
 
 
-def _see_each_other(bodies: Bodies, faces: Faces, first: IntArray, second: IntArray) -> npt.NDArray[np.bool_]:
+def _see_each_other(bodies: Bodies, faces: Faces, first: IntArray, second: IntArray) -> BoolArray:
     """Return whether no body is between opposite faces (p,), at one of SIGHTS at least."""
     along, height = _ends_in_frame(faces, first, second)
     along = np.sort(along, axis=0).clip(0.0, faces.length[first])

@@ -13,10 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.geometry.penetration import penetrations
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.meshing import BodyMeshes
 
 PRESSES = 0.01
@@ -42,7 +41,7 @@ class DisplacedOutlines:
     bodies: Bodies
     meshes: BodyMeshes
 
-    def largest_overlap(self, displacement: FloatArray, fallen: BodyMask, closed: float = 0.0) -> Misfit:
+    def largest_overlap(self, displacement: FloatArray, fallen: BoolArray, closed: float = 0.0) -> Misfit:
         """Return the deepest overlap of two bodies displaced by `displacement` (>= m, 3) in m (`penetrations`).
 
         Bodies that are `fallen` (b,) do not count, nor does the depth (m) by which mortar has `closed`.
@@ -57,7 +56,7 @@ class DisplacedOutlines:
     def largest_pressed_gap(
         self,
         displacement: FloatArray,
-        fallen: BodyMask,
+        fallen: BoolArray,
         pairs: tuple[IntArray, IntArray],
         normal_force: FloatArray,
         weight: FloatArray,

@@ -27,9 +27,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.pushover.contact.cohesion import dissipation, shear_limit
 from orchestrator.pushover.contact.contact_law import tolerances
 from orchestrator.pushover.contact.mortar import Mortar
@@ -48,7 +47,7 @@ class ContactsAtEnd:
     force: FloatArray
     elastic_slip: FloatArray
     sliding: FloatArray
-    holds: npt.NDArray[np.bool_]
+    holds: BoolArray
     status: IntArray
     closing: FloatArray
     given: FloatArray

@@ -20,7 +20,7 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 from scipy.optimize import linprog
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import BoolArray, FloatArray
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.model import ContactModel, displaced, without
 
@@ -35,7 +35,7 @@ class MovedWall:
     live: FloatArray
     rows: npt.NDArray[np.int64]
 
-    def forces(self, contacts: npt.NDArray[np.bool_]) -> sparse.csr_matrix:
+    def forces(self, contacts: BoolArray) -> sparse.csr_matrix:
         """Return (d, 2 k): balance of the forces of some of the contacts (possible,)."""
         return self.cone[np.tile(contacts[self.rows], 2)].T.tocsr()
 

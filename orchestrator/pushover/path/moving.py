@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import BoolArray, FloatArray
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.loads.local_part import Shares, taking_part
 from orchestrator.pushover.contact.frames import fit_frames
-from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.model import ContactModel
 
 TAKES_PART = 0.1
@@ -56,7 +55,7 @@ def participation(model: ContactModel, motion: FloatArray) -> Shares:
     return taking_part(model.body_weight, model.body_live, motion)
 
 
-def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:
+def moving_part(model: ContactModel, motion: FloatArray) -> BoolArray:
     """Return the bodies (b,) that take part in a motion (b,): no slower than a tenth of its mean speed, by momentum."""
     mass = model.body_mass
     momentum = float(mass @ motion)
@@ -64,7 +63,7 @@ def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:
     return motion >= TAKES_PART * mean
 
 
-def without_hold(model: ContactModel, normal_force: FloatArray, fallen: BodyMask, tie_force: FloatArray) -> BodyMask:
+def without_hold(model: ContactModel, normal_force: FloatArray, fallen: BoolArray, tie_force: FloatArray) -> BoolArray:
     """Return the bodies (b,) not `fallen` that no chain of contact forces (possible contacts, N) and ties (m, N)
     connects to a support."""
     closed = normal_force != 0.0

@@ -28,9 +28,9 @@ from functools import cached_property
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
-from orchestrator.pushover.increments import RESTED, BodyMask, Increment, Phase, end_of_curve
+from orchestrator.pushover.increments import RESTED, Increment, Phase, end_of_curve
 from orchestrator.pushover.model import ContactModel, driven_by, touching
 from orchestrator.pushover.path.energies import balances
 from orchestrator.pushover.path.growth import BENT, growth, longer
@@ -78,7 +78,7 @@ class Pushover:
     newton: NewtonSettings
     stepping: SteppingSettings
     expected_multiplier: float = 0.3
-    loose: BodyMask | None = None
+    loose: BoolArray | None = None
 
     @cached_property
     def solver(self) -> IncrementSolver:
@@ -232,7 +232,7 @@ class Pushover:
         state = replace(state, fallen=fallen, normal_force=read_only(force))
         return self._driving(state, driven if self.model.body_live[driven].any() else ~fallen)
 
-    def _names(self, part: BodyMask) -> str:
+    def _names(self, part: BoolArray) -> str:
         return ", ".join(self.model.body_names[body] for body in np.flatnonzero(part))
 
     def _local_share(self, phase: Phase) -> float:
@@ -268,7 +268,7 @@ class Pushover:
         change = read_only(change.reshape(-1, 3))
         return replace(driving, change=change, attempts=(), step=(size, float(row @ change.ravel())))
 
-    def _driving(self, state: Increment, driven: BodyMask) -> Increment:
+    def _driving(self, state: Increment, driven: BoolArray) -> Increment:
         state = replace(state, driven=read_only(driven, np.bool_))
         return replace(
             state, mean_displacement=float(self.solver.model_of(state).mean_row @ state.displacement.ravel())

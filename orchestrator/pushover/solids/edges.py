@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.arrays import BoolArray, IntArray
 from orchestrator.pushover.meshing import BodyMeshes
 
 TETRAHEDRON_EDGES = np.array([(2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1)])
@@ -18,7 +17,7 @@ def edges_of(tetrahedra: IntArray) -> IntArray:
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def on_outline(edges: IntArray, meshes: BodyMeshes) -> npt.NDArray[np.bool_]:
+def on_outline(edges: IntArray, meshes: BodyMeshes) -> BoolArray:
     """Return which edges (e, 2) belong to a triangle on the outline."""
     triangles = np.sort(meshes.side_triangles, axis=1)
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [0, 2]], triangles[:, [1, 2]]])

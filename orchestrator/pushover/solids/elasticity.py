@@ -21,14 +21,13 @@ from typing import Any
 
 import dolfinx
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sparse
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.solids.dolfinx_versions import cell_space, matrix_of, mesh_of, rows, vector_space
@@ -81,7 +80,7 @@ def assemble(meshes: BodyMeshes, constants: ElasticConstants, element_order: int
     return Elasticity(matrix(stiffness), matrix(inertia), body)
 
 
-def _hierarchical_basis(edges: IntArray, curved: npt.NDArray[np.bool_], nodes: int) -> sparse.csr_matrix:
+def _hierarchical_basis(edges: IntArray, curved: BoolArray, nodes: int) -> sparse.csr_matrix:
     """Return T: displacements of nodes and middle nodes = T (displacements of nodes, departures of curved edges)."""
     middle = nodes + np.arange(len(edges))
     departs = np.flatnonzero(curved)

@@ -20,10 +20,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sparse
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.ties import Tie
@@ -73,7 +72,7 @@ class TieBars:
         before = np.linalg.norm(self.apart, axis=1)
         return replace(self, rows=rows, offset=length - before - rows @ displacement, along=along)
 
-    def without(self, fallen: npt.NDArray[np.bool_]) -> TieBars:
+    def without(self, fallen: BoolArray) -> TieBars:
         """Return the ties without force where a body (b,) has fallen."""
         gone = np.append(fallen, False)[np.where(self.body < len(fallen), self.body, ANCHOR)].any(axis=1)
         forces = ("stiffness", "strength", "lowest", "pretension")

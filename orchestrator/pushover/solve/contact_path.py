@@ -38,9 +38,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.solve.iterate import Iterate, Target
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -68,7 +67,7 @@ class Kinks:
     model: ContactModel
     number: IntArray
     phi: FloatArray
-    beyond: npt.NDArray[np.bool_]
+    beyond: BoolArray
     weight: FloatArray
     along: FloatArray
     compliance: FloatArray | float
@@ -195,7 +194,7 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
     return solution, False
 
 
-def _how_far(phi: FloatArray, beyond: npt.NDArray[np.bool_], ahead: FloatArray, last: int) -> FloatArray:
+def _how_far(phi: FloatArray, beyond: BoolArray, ahead: FloatArray, last: int) -> FloatArray:
     """Return how far (in s) the planes (p,) on the way are, but the `last` one: infinity where they are not."""
     nears = np.where(beyond, ahead < 0.0, ahead > 0.0)
     far = np.divide(-phi, ahead, out=np.full(len(phi), np.inf), where=nears)

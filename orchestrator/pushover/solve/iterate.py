@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import BoolArray, FloatArray
 from orchestrator.pushover.contact.cohesion import Bond, BondResponse, bond_response
 from orchestrator.pushover.contact.contact_law import FrictionResponse, friction_response
 from orchestrator.pushover.contact.mortar import Mortar
@@ -39,7 +38,7 @@ class Target:
     mean_displacement: float | None
     reference_force: float = 0.0
     viscosity: float = 0.0
-    damped: npt.NDArray[np.bool_] | None = None
+    damped: BoolArray | None = None
     pressure: FloatArray | None = None
     bond: Bond | None = None
     mortar: Mortar | None = None
@@ -73,7 +72,7 @@ class Iterate:
     load_multiplier: float
     force_residual: FloatArray
     gap: FloatArray
-    active: npt.NDArray[np.bool_]
+    active: BoolArray
     response: FrictionResponse
     norms: tuple[float, float, float, float]
     of_bodies: float
@@ -81,7 +80,7 @@ class Iterate:
     pull: FloatArray
     pull_slope: FloatArray
     bond: BondResponse | None
-    crushes: npt.NDArray[np.bool_]
+    crushes: BoolArray
     strength: FloatArray | float
     ties: TieResponse | None = None
     number: int = 0

@@ -31,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray
 from orchestrator.pushover.contact.contact_search import Contacts
 from orchestrator.pushover.model import ContactModel
 
@@ -52,7 +52,7 @@ class Coefficients:
     pressure_slope: FloatArray
     gap_slope: FloatArray
     softness: FloatArray
-    active: npt.NDArray[np.bool_]
+    active: BoolArray
     displacement_control: bool
     tie_stiffness: FloatArray | None = None
 
