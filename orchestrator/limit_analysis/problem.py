@@ -50,7 +50,6 @@ class Problem:
         forces_of: LimitSolution,
         mechanism_of: LimitSolution,
         records: tuple[LinearProgramRecord, ...],
-        converged: bool = True,
     ) -> LimitState:
         """Put a state together and check it; sliding joints of its mechanism open by dilatancy (k,) times |slip|."""
         equilibrium, friction = self.equilibrium, self.friction
@@ -62,7 +61,7 @@ class Problem:
             joint_forces=read_only(forces),
             mechanism=mechanism,
             records=records,
-            converged=converged,
+            converged=True,
             equilibrium_residual=equilibrium.residual(forces, load_multiplier),
             yield_residual=friction.excess(forces) / equilibrium.unit_force,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),

@@ -324,5 +324,5 @@ def _moments_turned(wall: Wall, block: IntArray, point: FloatArray, force: Float
 
 
 def _positions(wall: Wall, ids: tuple[int, ...]) -> list[int]:
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    place = wall.place_of
     return [place[wanted] for wanted in ids]

@@ -132,7 +132,7 @@ def loaded_blocks(wall: Wall, load: DeadLoad) -> list[int]:
     """Return the positions of the blocks that a load names, or that have a part of their top at its level."""
     if load.level is not None:
         return blocks_at_level(wall, load.level)
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    place = wall.place_of
     return [place[wanted] for wanted in load.blocks]
 
 

@@ -68,7 +68,7 @@ class TieSettings(Checked):
 
 def ends_of(wall: Wall, ties: Sequence[Tie]) -> IntArray:
     """Return the positions (m, 2) of the blocks at the start and at the end of every tie, ANCHOR for none."""
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    place = wall.place_of
     ends = [[place[name] for name in tie.blocks] + [ANCHOR] * (2 - len(tie.blocks)) for tie in ties]
     return read_only(np.reshape(ends, (-1, 2)), np.int64)
 
@@ -111,7 +111,7 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie], settling: int | None 
 
 def idle_ties(wall: Wall, ties: Sequence[Tie], body_of_block: IntArray) -> list[str]:
     """Return a remark on every tie between two blocks of one body (n,): its ends keep their distance."""
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    place = wall.place_of
     bodies = [{int(body_of_block[place[name]]) for name in tie.blocks} for tie in ties]
     return [
         f"tie {number} joins two stones of one macroblock: it holds nothing that could part there"

@@ -90,6 +90,11 @@ class Wall:
     mortar: tuple[MortarGap, ...] = ()
     remarks: tuple[str, ...] = ()
 
+    @property
+    def place_of(self) -> dict[int, int]:
+        """Position in `blocks` of every block by its id."""
+        return {block.id: position for position, block in enumerate(self.blocks)}
+
 
 def check_wall(wall: Wall, tolerance: float | None = None) -> None:
     """Raise CaseError for a wall that is not one: shapes, supports, material (`check_blocks`), overlaps.

@@ -98,7 +98,7 @@ def solve_given_normals(
     return _solve(equilibrium, np.zeros(3 * len(radius)), 1.0, rows, offset, cones, tolerance, "mechanism", work)
 
 
-def gravity_forces(equilibrium: SpaceEquilibrium, stiffness: FloatArray, tolerance: float = 1e-8) -> FloatArray:
+def gravity_forces(equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> FloatArray:
     """Return forces (p, 3) in N without live load: those of least energy, sum q^2 / k, of springs k (p,).
 
     Raises InfeasibleError where the wall cannot stand.
@@ -110,7 +110,7 @@ def gravity_forces(equilibrium: SpaceEquilibrium, stiffness: FloatArray, toleran
     b = np.concatenate([-scale * equilibrium.dead_load / weight, offset])
     P = sp.diags(np.repeat(stiffness.mean() / stiffness, 3), format="csc")
     every = [clarabel.ZeroConeT(B.shape[0]), *cones]
-    return weight * np.array(_solved("gravity", P, np.zeros(A.shape[1]), A, b, every, tolerance).x).reshape(-1, 3)
+    return weight * np.array(_solved("gravity", P, np.zeros(A.shape[1]), A, b, every, 1e-8).x).reshape(-1, 3)
 
 
 def missing_support(equilibrium: SpaceEquilibrium) -> tuple[float, FloatArray]:

@@ -182,7 +182,7 @@ def _acting(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
     """Return what the live load acts on: the masses, or the forces given at the centroids of blocks."""
     if settings.distribution != "per_block":
         return masses_on(wall, settings)
-    place = {block.id: k for k, block in enumerate(wall.blocks)}
+    place = wall.place_of
     given = [(place[wanted], one.force) for one in settings.live for wanted in one.blocks]
     block = np.array([k for k, _ in given], dtype=np.int64)
     weight = np.array([force for _, force in given])
@@ -240,7 +240,7 @@ def top_of(wall: SpaceWall, block: int, level: float | None = None) -> tuple[Flo
 def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:
     if load.level is not None:
         return _at_level(wall, load.level)
-    place = {block.id: k for k, block in enumerate(wall.blocks)}
+    place = wall.place_of
     return [place[wanted] for wanted in load.blocks]
 
 

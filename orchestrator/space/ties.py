@@ -60,7 +60,7 @@ def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssembla
     if not ties:
         return assemblage
     wall = assemblage.wall
-    place = {block.id: k for k, block in enumerate(wall.blocks)}
+    place = wall.place_of
     for number, tie in enumerate(ties):
         _refuse(wall, tie, f"reinforcement.ties.{number}")
     blocks = np.array([[place[block] for block in tie.blocks] for tie in ties])

@@ -56,6 +56,11 @@ class SpaceWall:
         return replace(self, blocks=blocks, up=read_only(turn @ self.up))
 
     @property
+    def place_of(self) -> dict[int, int]:
+        """Position in `blocks` of every block by its id."""
+        return {block.id: position for position, block in enumerate(self.blocks)}
+
+    @property
     def fixed(self) -> np.ndarray:
         """Which blocks are supports (n,)."""
         return np.array([block.fixed for block in self.blocks])

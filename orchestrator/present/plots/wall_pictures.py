@@ -223,7 +223,7 @@ def body_colours(assemblage: Assemblage, partition: Partition) -> list[str]:
 
 def _displaced_tie(wall: Wall, tie: Tie, velocities: FloatArray) -> FloatArray:
     """Return both ends (2, 2) in m of a tie; an anchor stays."""
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    place = wall.place_of
     ends = [np.array(end, float) for end in (tie.start, tie.end)]
     for end, block in zip(ends, tie.blocks, strict=False):
         position = place[block]

@@ -25,13 +25,10 @@ import scipy.sparse as sparse
 from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.masonry.ties import Tie
+from orchestrator.masonry.ties import ANCHOR, Tie
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.solids.nodal_loads import held_by, through_thickness
-
-ANCHOR = -1
-"""the body of an end that is held"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -161,7 +158,7 @@ def ends_of_ties(
     """Return the body (m, 2) of both ends, ANCHOR for none, and the weights (2 m, nodes) of nodal displacements in
     those of the ends: start and end of the first tie, then of the next."""
     body_of_block = {int(block): body.number for body in bodies.bodies for block in body.blocks}
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    place = wall.place_of
     body = np.full((len(ties), 2), ANCHOR)
     weights = sparse.lil_matrix((2 * len(ties), len(meshes.nodes)))
     for number, tie in enumerate(ties):
