@@ -133,7 +133,7 @@ def write_pushover(
     storage.write_curve(store.folder, curve)
     contacts = model.possible
     derive, materials = storage.stress_and_pressure(model, bodies), materials_of(bodies, wall)
-    storage.write_paraview(store, model.meshes, contacts.point, derive, materials)
+    storage.write_paraview(store, model.meshes, contacts.point, derive, materials, int(curve.step[-1]))
     touching = model.tracking.touching if model.tracking else len(contacts)
     places = storage.ContactPlaces(contacts.slave_node[:touching], contacts.interface[:touching])
     storage.write_geometry(store, model.meshes, places)

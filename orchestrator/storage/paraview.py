@@ -100,11 +100,13 @@ def write_paraview(
     contact_points: FloatArray | None = None,
     derive: Callable[[Increment], Derived] | None = None,
     materials: Sequence[str] = (),
+    last: int | None = None,
 ) -> list[Path]:
     """Write the time series of a model's folder and return the .xdmf files; gathers states.h5 first.
 
     contact_points (c, 2) or (c, 3): positions of the contacts in m, in the order of Increment.gap. derive: see
-    `stress_and_pressure`. materials: of each body, shown as numbers that wall.xdmf explains.
+    `stress_and_pressure`. materials: of each body, shown as numbers that wall.xdmf explains. last: number of the
+    increment with which the curve ends; None: all are shown.
     """
     folder, wall, contacts = store.folder, store.folder / "wall.xdmf", store.folder / "contacts.xdmf"
     states = store.assemble()
@@ -118,6 +120,8 @@ def write_paraview(
     write_bytes(folder / "wall.h5", content.getvalue())
     with replacing(folder / "derived.h5") as temporary, hdf5_file(temporary, "w") as file:
         for increment in store.increments():
+            if last is not None and increment.number > last:
+                break
             group = file.create_group(f"{increment.number:06d}")
             _write_curve_fields(group, increment, len(meshes.tetrahedra))
             if derive is not None:
@@ -177,7 +181,7 @@ def _series(
     for number, material in enumerate(sorted(set(materials))):
         ElementTree.SubElement(domain, "Information", Name=f"material {number}", Value=material)
     series = ElementTree.SubElement(domain, "Grid", Name="wall", GridType="Collection", CollectionType="Temporal")
-    increments = sorted(steps, key=int)
+    increments = sorted(derived, key=int)
     alike = _attributes(mesh, steps[increments[0]], names, derived.get(f"{increments[0]}/{kind}", {}), kind)
     for name in increments:
         grid = ElementTree.SubElement(series, "Grid", Name=f"increment {int(name)}", GridType="Uniform")

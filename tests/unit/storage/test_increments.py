@@ -325,3 +325,12 @@ def test_paraview_without_contacts_writes_the_wall_alone(tmp_path, meshes):
     store.append(increment(0, nodes=8))
     assert write_paraview(store, meshes) == [tmp_path / "wall.xdmf"]
     assert not (tmp_path / "contacts.xdmf").exists()
+
+
+def test_paraview_files_end_with_the_curve(tmp_path, meshes):
+    """What was followed beyond the end of a curve, where it may not be used, was shown as if it were of the curve."""
+    store = StateStore(tmp_path, "model 1")
+    for number in (0, 4, 11):
+        store.append(increment(number, nodes=8))
+    (wall,) = write_paraview(store, meshes, last=4)
+    assert [time for time, _, _ in read_series(wall)[2]] == [0, 4]
