@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from orchestrator.app.what_moves import STANDS
 from orchestrator.assessment.capacity import STILL, Capacity
 from orchestrator.basis.arrays import BoolArray
 from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
@@ -69,15 +70,26 @@ def at_the_top(
     return replace(capacity, initial_stiffness=None, displacement_at_peak=0.0, final_displacement=0.0), 0.0
 
 
-def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: float) -> Snap | None:
+def farthest_snap(
+    increments: Iterable[Increment], at_peak: Increment, end: float, gone: Callable[[Increment, Increment], float]
+) -> Snap | None:
     """Return the farthest motion from rest to rest among increments in their order, up to the peak, None where none is
     longer than NARROW of the final displacement `end` (m).
+
+    gone: how far the part of the wall that moves has gone from one rest to another, m; it counts where the top stands.
 
     A wall whose displacements are prescribed goes through equilibria that bear less than it bore before. Under that
     load it moves on to the first that bears as much again: such a motion where it is less than the peak by DROP. What
     has fallen from one rest to the next is the top of one of them alone: how far that went is not known then.
     """
-    rest, snaps, moving = at_peak, [(0.0, 0.0)], False
+
+    def snap(before: Increment, after: Increment) -> Snap:
+        top, part = abs(after.pushed - before.pushed), gone(before, after)
+        if top > STANDS * part:
+            return Snap(before.load_multiplier, top, top / abs(at_peak.pushed))
+        return Snap(before.load_multiplier, part, None)
+
+    rest, snaps, moving = at_peak, [], False
     highest, fell = at_peak, False
     for one in increments:
         moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
@@ -87,16 +99,16 @@ def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: floa
             rest, moving, highest, fell = one, False, one, False
             continue
         if moving and one.phase != "gravity":
-            snaps.append((abs(one.pushed - rest.pushed), rest.load_multiplier))
+            snaps.append(snap(rest, one))
         rest, moving = one, False
         if one.phase == "gravity" or one.load_multiplier >= highest.load_multiplier:
             if fell and highest.load_multiplier < (1.0 - DROP) * at_peak.load_multiplier:
-                snaps.append((abs(one.pushed - highest.pushed), highest.load_multiplier))
+                snaps.append(snap(highest, one))
             highest, fell = one, False
         else:
             fell = True
-    moved, multiplier = max(snaps)
-    return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > NARROW * end else None
+    farthest = max(snaps, key=lambda one: one.moved, default=None)
+    return farthest if farthest is not None and farthest.moved > NARROW * end else None
 
 
 def spike_of(curve: PushoverCurve, end: float) -> NarrowPeak | None:

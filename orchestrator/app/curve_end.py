@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from orchestrator.app.what_moves import STANDS, part_gone
 from orchestrator.assessment.capacity import FALLEN, FLAT_LENGTH_RATIO, has_fallen
-from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment, PushoverCurve
@@ -36,8 +36,6 @@ NOT_ENOUGH = "the peak is behind, and does not suffice: finer macroblocks are to
 
 MORE = 0.01
 """part by which a wall has to bear more once what moves has gone far for its curve to end before that"""
-STANDS = 0.5
-"""part of what moves by which the top has moved at most where it stands"""
 
 Suffices = Callable[[float], bool]
 """whether a pushover with such a peak, as a multiplier of the live load, is of use beyond it"""
@@ -65,14 +63,12 @@ def before_it_goes_far(
 
     The final displacement is that of the top. What slides on while the top stands may meet what is far from it.
     """
-    from orchestrator.pushover.path.increment_record import in_front
-
-    end, rest, last, most, began, far = stepping.end_of(model.height), np.zeros(0), 0, 0.0, 0.0, 0.0
+    end, rest, last, most, began, far = stepping.end_of(model.height), None, 0, 0.0, 0.0, 0.0
     for one in increments():
         if one.phase == "gravity":
-            rest, last = in_front(model, one).displacement, one.number
-        elif not one.moving:
-            moved = 0.0 if far else _part_moved(model, one, in_front(model, one).displacement - rest, stepping)
+            rest, last = one, one.number
+        elif not one.moving and rest is not None:
+            moved = 0.0 if far else part_gone(model, stepping, rest, one)
             far = far or moved * (moved >= max(end, abs(one.pushed) / STANDS))
             if far and one.base_shear > (1.0 + MORE) * most > 0.0:
                 said = f"what moves has gone {1e3 * end:.4g} mm, the final displacement, and the top has not: "
@@ -82,20 +78,6 @@ def before_it_goes_far(
                 began = moved if one.base_shear > (1.0 + FALLEN) * most else began
                 last, most = one.number, max(most, one.base_shear)
     return increments, "", False
-
-
-def _part_moved(model: ContactModel, one: Increment, change: FloatArray, stepping: SteppingSettings) -> float:
-    """Return the mean displacement along the live load in m, in a change (h, 3), of the part that moves; 0 where that
-    is local or has no live load."""
-    from orchestrator.pushover.model import driven_by
-    from orchestrator.pushover.path.losses import is_local_motion
-    from orchestrator.pushover.path.moving import body_motion, moving_part
-
-    motion = body_motion(model, change) * ~one.fallen
-    part = moving_part(model, motion) & ~one.fallen
-    if not model.body_live[part].any() or is_local_motion(model, motion, one.fallen, None, stepping.local_share):
-        return 0.0
-    return abs(float(driven_by(model, part).mean_row @ change.ravel()))
 
 
 def _up_to(increments: Callable[[], Iterable[Increment]], last: int) -> Iterator[Increment]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import resource
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,7 @@ from orchestrator.app.curve_end import (
     used,
 )
 from orchestrator.app.progress import IncrementDone, Report
+from orchestrator.app.what_moves import part_gone
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import BoolArray, read_only
 from orchestrator.basis.errors import (
@@ -284,7 +286,7 @@ def judged(
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
         control_share=moves, spike=spike_of(curve, end),
-        snap=farthest_snap(increments(), at_peak, end),
+        snap=farthest_snap(increments(), at_peak, end, partial(part_gone, contact_model, stepping)),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints, cut_short)
 

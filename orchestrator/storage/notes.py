@@ -291,10 +291,15 @@ def remarks(summary: Summary) -> list[str]:
             )
         if pushed.snap is not None and is_far(pushed.snap, pushed.peak_multiplier):
             lost, moved = printed("multiplier", pushed.snap.load_multiplier), f"{1e3 * pushed.snap.moved:.3g}"
+            of_peak = pushed.snap.share
+            way = (
+                f"a part of it had gone {moved} mm, which its top does not show"
+                if of_peak is None
+                else f"its top had moved by {moved} mm, {percent_of(of_peak)} of what it has moved at its peak"
+            )
             said.append(
-                f"{pushed.model} FE: beyond λ = {lost} the wall found no rest before its top had moved by {moved} mm, "
-                f"{percent_of(pushed.snap.share)} of what it has moved at its peak: motion has no inertia here, and an "
-                "earthquake may carry it on"
+                f"{pushed.model} FE: beyond λ = {lost} the wall found no rest before {way}: motion has no inertia "
+                "here, and an earthquake may carry it on"
             )
         if pushed.spike is not None and pushed.control_share >= OUTSIDE:
             left, moved = printed("multiplier", pushed.spike.load_multiplier), f"{1e3 * pushed.spike.moved:.2g}"

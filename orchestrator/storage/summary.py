@@ -39,9 +39,9 @@ class Snap:
     load_multiplier: float
     """of the rest that it lost"""
     moved: float
-    """by the control displacement, m"""
-    share: float
-    """of the control displacement at the peak"""
+    """by the control displacement, or of the part of the wall that moves where the top stands, m"""
+    share: float | None
+    """of the control displacement at the peak; None where the top stands"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,6 +51,14 @@ def test_what_it_meets_before_is_borne_by_both():
     assert pushed(0.01).peak_multiplier == pytest.approx(turns, rel=0.03)
 
 
+def test_how_far_a_stone_went_before_it_found_rest_is_told_where_the_top_stands():
+    """30 mm of the 40 of the curve, beyond what it slides at; by the top it had not moved at all."""
+    found = pushed(0.03)
+    assert found.snap.load_multiplier == pytest.approx(SLIDES, rel=0.01)
+    assert found.snap.moved == pytest.approx(0.03, rel=0.05)
+    assert found.snap.share is None
+
+
 def test_a_top_that_a_support_holds_has_no_stiffness():
     """A corner against a support. It had 1e29 N/m and more, or moved against the load, both by rounding."""
     wall = before_a_tower(0.4).wall

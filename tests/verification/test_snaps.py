@@ -119,7 +119,7 @@ def test_the_way_of_a_stone_that_falls_from_the_top_is_no_snap_of_the_wall(falls
     rows = [row(1, 0.001, 0.1), row(2, 0.016, 0.2)]
     after = row(3, 0.001, 0.2, (falls, False), (Attempt("a part of the wall moves", 0.1, RESTED, 3),))
     peak = row(4, 0.002, 0.3, (falls, False))
-    found = farthest_snap([*rows, after, peak], peak, 0.1)
+    found = farthest_snap([*rows, after, peak], peak, 0.1, lambda before, after: 0.0)
     if falls:
         assert found is None
         return

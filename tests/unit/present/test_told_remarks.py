@@ -187,6 +187,8 @@ ON_PAGES = [
     "none: the control displacement does not go along the live load",
     "micro FE: beyond λ = 0.1450 the wall found no rest before its top had moved by 4.98 mm, 99 % of what it has moved "
     "at its peak: motion has no inertia here, and an earthquake may carry it on",
+    "micro FE: beyond λ = 0.3000 the wall found no rest before a part of it had gone 30 mm, which its top does not show"
+    ": motion has no inertia here, and an earthquake may carry it on",
     "micro FE: the peak is a spike: when its top has moved by 0.054 mm more the wall bears λ = 0.1417; such a peak may "
     "depend on the elements: compare with a quarter of mesh.size",
     "micro FE: the mean of the top edge moves 0.12 % of the stone that goes farthest: it is outside the mechanism; "
