@@ -83,13 +83,13 @@ def farthest_snap(
     has fallen from one rest to the next is the top of one of them alone: how far that went is not known then.
     """
 
-    def snap(before: Increment, after: Increment) -> Snap:
+    def snap(before: Increment, after: Increment) -> tuple[float, float, bool]:
+        """How far, from what load, and whether it is of the top."""
         top, part = abs(after.pushed - before.pushed), gone(before, after)
-        if top > STANDS * part:
-            return Snap(before.load_multiplier, top, top / abs(at_peak.pushed))
-        return Snap(before.load_multiplier, part, None)
+        stands = top <= STANDS * part
+        return part if stands else top, before.load_multiplier, not stands
 
-    rest, snaps, moving = at_peak, [], False
+    rest, snaps, moving = at_peak, [(0.0, 0.0, False)], False
     highest, fell = at_peak, False
     for one in increments:
         moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
@@ -107,8 +107,10 @@ def farthest_snap(
             highest, fell = one, False
         else:
             fell = True
-    farthest = max(snaps, key=lambda one: one.moved, default=None)
-    return farthest if farthest is not None and farthest.moved > NARROW * end else None
+    moved, multiplier, of_top = max(snaps)
+    if moved <= NARROW * end:
+        return None
+    return Snap(multiplier, moved, moved / abs(at_peak.pushed) if of_top else None)
 
 
 def spike_of(curve: PushoverCurve, end: float) -> NarrowPeak | None:
