@@ -207,13 +207,11 @@ def answered(
 
 
 def closed_by_others(met: Loaded, other: Others) -> Loaded:
-    """Return the state met as the search for others leaves it: one that the path passed below it, or what closes a last
-    rest that no state has taken the place of."""
+    """Return the state met as the search for others leaves it: one that the path passed below it, or what closes it."""
     if other.passed is not None and met.state is not None:
         high = max((met.state.load_multiplier, *(met.spread or ())))
         met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
-    is_closed = met.state is not None and met.state.converged
-    return met if other.closes is None or is_closed else replace(met, state=other.closes)
+    return met if other.closes is None else replace(met, state=other.closes)
 
 
 def answer_of(met: Loaded | None) -> LimitState | None:
