@@ -175,6 +175,8 @@ ON_PAGES = [
     "a bond that has opened bears nothing: alpha_0 = 0.5 then, 0.75 to open it",
     f"once its bond has opened: {UPPER_BOUND}",
     *(f"once its bond has opened: {falls(*told, 'move').problem}" for told in FALLING),
+    "friction or crushing of joints takes 54% of the live load's power: d0* is an upper bound, and what passes by it "
+    "is not verified",
     "friction or crushing of joints takes 33% of the live load's power, and is taken to do so to the end: d0* is an "
     "upper bound",
     "WARNING: 10.5 kN of dead load have weight, but no mass in the seismic verification; if they move with the wall, "

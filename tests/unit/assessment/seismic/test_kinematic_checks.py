@@ -272,6 +272,17 @@ def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
     assert rocks["refused"] == SEVERAL_TURNS
 
 
+def test_what_slides_and_rocks_at_once_is_not_verified_by_a_balance_of_both():
+    """A block of 0.6 m x 1 m with mu = b/h: rocking alone is in balance at b/2 = 0.3 m, a mixture had 0.65 m, and
+    passed 0.717 g with the capacity of that."""
+    block = find_joints(wall_of(upright(1, 0, 0, 0.6, 1.0), friction=0.6), JointSettings())
+    record, rows = checked(block)
+    assert record["friction_share"] > 0.1
+    assert "is not verified" in rows["kinematic, non-linear", "SD"]["refused"]
+    _, rocks = checked(find_joints(replace(block.wall, friction=0.61), JointSettings()))
+    assert "refused" not in rocks["kinematic, non-linear", "SD"]
+
+
 def test_bodies_that_turn_about_each_other_have_no_balance_of_fixed_centres():
     """A portal of two columns of 0.5 m x 2 m and a lintel is in balance when the columns have moved by 0.25 m and the
     lintel by 0.5 m: 0.366 m in the mean, and had 0.676 m."""
