@@ -38,8 +38,8 @@ LOWEST_ALONE = (
 )
 """what is said of displacements that pass: those of no other mechanism are looked at"""
 SLIDING = 0.1
-"""part of the live load's power taken by friction above which d_0* is an upper bound, and a check that passes by it is not made. Of
-a block that slides and rocks at the same multiplier, b/h = mu, it was twice that of rocking alone"""
+"""part of the live load's power taken by friction above which d_0* is an upper bound, and a check that passes by it is
+not made. Of a block that slides and rocks at the same multiplier, b/h = mu, it was twice that of rocking alone"""
 STRONGER = 10.0
 """ratio above which it says only that the check does not govern"""
 
