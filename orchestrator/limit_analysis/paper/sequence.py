@@ -57,7 +57,7 @@ class LimitAnalysisSettings(Checked):
     tolerance: Annotated[float, Gt(0), Lt(1)] = 1e-6
     """largest relative change of the load multiplier in a sequence that has settled"""
     power_tolerance: Annotated[float, Gt(0), Lt(1)] = 1e-6
-    """largest power imbalance, relative to the live load's power, of what the sequence settled on"""
+    """largest power imbalance, over that of live or dead load, the larger, of what the sequence settled on"""
     minimum_iterations: Annotated[int, Ge(2)] = 4
     """linear programs with the last seed at least"""
     maximum_iterations: Annotated[int, Ge(2)] = 60
