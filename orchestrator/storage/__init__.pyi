@@ -13,10 +13,10 @@ from .files import (
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import counts, reasons, remarks
-from .outputs import held, holds_run, refuse_input, refuse_overwriting_run, refuse_run, try_file, try_folder
+from .outputs import holds_run, refuse_input, refuse_overwriting_run, refuse_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .parts import parts_in, refuse_other_parts
-from .placing import Source, placed, refuse_other_points
+from .placing import Source, held, placed, refuse_other_points
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore
 from .summary import (

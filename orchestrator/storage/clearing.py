@@ -48,6 +48,12 @@ def clear(folder: Path, given: Iterable[Path] = ()) -> None:
         clear_run(folder, given)
 
 
+def files_of_a_run(folder: Path) -> list[Path]:
+    """Return what a run would write into its folder, but pictures of the wall, which `check` draws too."""
+    drawn = [folder / "figures" / f"{name}.{suffix}" for name in PICTURES[2:] for suffix in ("png", "svg")]
+    return [*(folder / name for name in RESULTS), *drawn]
+
+
 def remove_recorded(folder: Path, given: Iterable[Path] = ()) -> None:
     """Remove what results.json names, and then that itself; what has been changed since it was written stays."""
     record = read_record(folder)

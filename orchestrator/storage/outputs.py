@@ -5,11 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 
-from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError
 
 MODELS = ("macro", "micro")
@@ -48,16 +46,6 @@ def _try_place(folder: Path, option: str = "--output", remedy: str = "give anoth
 def holds_run(folder: Path) -> bool:
     """Return whether a folder holds the results of a run, finished or not."""
     return any((folder / name).exists() for name in OF_A_RUN)
-
-
-@contextmanager
-def held(*folders: Path, force: bool, resumable: bool = False) -> Iterator[None]:
-    """Hold folders for this process alone. Raises CaseError where another one does, and, unless by `force`, where one
-    has the results of a run or study: nobody writes them between the question and the end."""
-    with locked(*folders):
-        for folder in () if force else folders:
-            refuse_overwriting_run(folder, resumable)
-        yield
 
 
 def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:

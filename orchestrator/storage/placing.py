@@ -12,18 +12,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from orchestrator.basis.atomic_files import sweep, together
+from orchestrator.basis.atomic_files import locked, sweep, together
 from orchestrator.basis.errors import CaseError
 from orchestrator.storage.clearing import (
     RECORD,
     clear_run,
+    files_of_a_run,
     named_in,
     read_record,
     remove_named,
     remove_recorded,
 )
 from orchestrator.storage.files import hash_file, plain, write_json
-from orchestrator.storage.outputs import refuse_input
+from orchestrator.storage.outputs import refuse_input, refuse_overwriting_run
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,6 +45,21 @@ class Source:
         hashes = {str(path): hash_file(path) for path in self.files if path.is_file()}
         points = {"points_sha256": self.points} if self.points else {}
         return {"command": self.command, "settings": plain(self.settings), "sha256": hashes} | points
+
+
+@contextmanager
+def held(*folders: Path, force: bool, runs: bool = False) -> Iterator[None]:
+    """Hold folders for this process alone. Raises CaseError where another one does, and, unless by `force`, where one
+    has the results of a run or study: nobody writes them between the question and the end.
+
+    runs: a run writes there as it goes on, so that files which no command has left whole are refused before.
+    """
+    with locked(*folders):
+        for folder in () if force else folders:
+            refuse_overwriting_run(folder, resumable=runs)
+            if runs:
+                _refuse_foreign(files_of_a_run(folder), (folder.parent, *folders), "go on with --resume, ")
+        yield
 
 
 @contextmanager
@@ -79,15 +95,19 @@ def placed(folders: Sequence[Path], source: Source, force: bool) -> Iterator[Non
     write_json(folder / RECORD, source.record | {"files": named})
 
 
-def _refuse_foreign(files: Iterable[Path], folders: Iterable[Path]) -> None:
-    """Raise CaseError where a result would take the place of a file that no command has left as it is."""
+def _refuse_foreign(files: Iterable[Path], folders: Iterable[Path], other: str = "") -> None:
+    """Raise CaseError where a result would take the place of a file that no command has left as it is.
+
+    other: what else the user may do.
+    """
     records = {one: read_record(one) for one in folders}
     left = {(one / name, digest) for one, record in records.items() for name, digest in named_in(record)}
     left |= {(one / RECORD, hash_file(one / RECORD)) for one, record in records.items() if "command" in record}
     for path in files:
         if path.is_file() and (path, hash_file(path)) not in left:
             problem = "would be overwritten, and is no result or has been changed since"
-            raise CaseError("", problem, "give another folder with --output, or overwrite it with --force", str(path))
+            remedy = f"give another folder with --output, {other}or overwrite it with --force"
+            raise CaseError("", problem, remedy, str(path))
 
 
 def refuse_other_points(folder: Path, table: str, source: Source) -> None:

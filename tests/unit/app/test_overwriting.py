@@ -48,6 +48,29 @@ def test_a_run_goes_beside_the_pictures_of_check(tmp_path, recorded):
     assert recorded == [tmp_path]
 
 
+@pytest.mark.parametrize("cases", ["", "[[load.cases]]\nname = 'east'\ndirection = '+x'\n"])
+def test_a_run_overwrites_no_file_that_somebody_else_has_left_or_changed(tmp_path, capsys, recorded, cases):
+    """`limit` and `run` follow each other in one folder; what was edited between them stays, as does a file of others
+    with the name of a result."""
+    (tmp_path / "wall.json").write_bytes(Path(TOWER).read_bytes())
+    case, out = tmp_path / "mine.toml", tmp_path / "out"
+    case.write_text(f'[wall]\nblocks = "wall.json"\n{cases}')
+    command = ["run", str(case), "--output", str(out), "-q"]
+    assert cli.main(["limit", str(case), "--output", str(out)]) == 0
+    edited = next(out.rglob("joint_forces.csv"))
+    left = edited.read_bytes()
+    for mine in (edited, edited.parent / "mechanism.dxf", edited.parent / "figures" / "curves.png"):
+        mine.write_text("mine")
+        capsys.readouterr()
+        assert cli.main(command) == 2
+        assert capsys.readouterr().err.startswith(f"{mine}: would be overwritten, and is no result or has been changed")
+        assert mine.read_text() == "mine"
+        mine.unlink()
+    edited.write_bytes(left)
+    (edited.parent / "notes.txt").write_text("of no result")
+    assert cli.main(command) == 0
+
+
 @pytest.mark.parametrize("command", [("limit",), ("segment",), ("limit", "--set", "load.direction=+z")])
 @pytest.mark.parametrize("left", ["summary.json", "load_cases.json"])
 def test_a_finished_run_is_not_overwritten_by_limit_and_segment(tmp_path, capsys, command, left):
