@@ -179,7 +179,7 @@ def compute(run: PointRun) -> str:
         load = name or f"{one.load.direction} {one.load.distribution}"
         about = (load, one.load.direction, one.load.distribution)
         try:
-            summary = _limit(one) if analysis == "limit" else _pushed(one, run.file.parents[1])
+            summary = _limit(one) if analysis == "limit" else _pushed(one)
         except FallsError as error:
             record = {"capacity": 0.0, "kind": FALLS, "load_case": load, "check": "dead load", "remark": error.problem}
             storage.write_json(run.file, {"values": dict(run.point.values)} | record)
@@ -207,11 +207,11 @@ def _kinematic(case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> d
     return None if verified is None else verified[0]
 
 
-def _pushed(case: Case, folder: Path) -> storage.Summary | None:
-    """Return the summary of a pushover in a `folder`, of which nothing else is kept."""
+def _pushed(case: Case) -> storage.Summary | None:
+    """Return the summary of a pushover, of which nothing else is kept: it runs where the system has what is passing."""
     model = case.sensitivity.analysis
     assert model != "limit"
-    with tempfile.TemporaryDirectory(dir=folder) as temporary:
+    with tempfile.TemporaryDirectory() as temporary:
         alone = replace(case, run=RunSettings((model,)))
         return driver.run(alone, Path(temporary) / "run", False, None, lambda event: None).summary
 

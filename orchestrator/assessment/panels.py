@@ -3,7 +3,7 @@
     opening   what the stones leave free within the rectangle around them, away from its sides and top, and larger than
               a mean stone
     storey    openings that stand beside each other over half the height of the lower one or more
-    pier      solid between the openings of a storey, over the height that all of them share
+    pier      solid between the openings of a storey, over the height that all of them share, and no opening of another
     spandrel  solid above or below an opening, along the vertical line through its middle
 
 A section follows joints: it parts the free blocks whose centroids lie beyond a line from all others. What crosses it is
@@ -124,11 +124,20 @@ def _shared_height(row: Sequence[Opening]) -> tuple[float, float]:
     return max(o.bottom for o in row), min(o.top for o in row)
 
 
+def _height_of_piers(row: Sequence[Opening], others: Sequence[Opening]) -> tuple[float, float]:
+    """Return the height that a storey's openings share, up to the sills and down to the heads of `others`."""
+    bottom, top = _shared_height(row)
+    middle = 0.5 * (bottom + top)
+    sills = [one.bottom for one in others if one.bottom > middle]
+    heads = [one.top for one in others if one.top < middle]
+    return max([bottom, *heads]), min([top, *sills])
+
+
 def piers(wall: Wall) -> tuple[Panel, ...]:
     """Return the piers of every storey, from below and from the left; none for a wall without openings."""
-    solid, panels = _solid(wall), []
-    for number, row in enumerate(storeys(openings(wall)), 1):
-        bottom, top = _shared_height(row)
+    solid, panels, rows = _solid(wall), [], storeys(openings(wall))
+    for number, row in enumerate(rows, 1):
+        bottom, top = _height_of_piers(row, [opening for other in rows if other is not row for opening in other])
         line = _pieces(solid, 1, 0.5 * (bottom + top))
         for place, (left, right) in enumerate(line, 1):
             panels.append(Panel(f"pier {number}.{place}", False, left, right, bottom, top, line))

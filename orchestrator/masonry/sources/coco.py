@@ -35,6 +35,7 @@ LARGEST_FILE = 500_000_000
 """bytes"""
 LARGEST_PIXEL = 1e6
 """pixels"""
+OTHER_SIZE = "with a mask of another size than the image: --scale is taken for the side of its own pixels"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,12 +118,19 @@ def _shapes(record: dict[str, Any]) -> tuple[list[Shape], list[str]]:
         *remarks,
         *_said_lost(len(record["annotations"]) - len(rows), "of images that the file does not list, left out"),
         *_said_lost(sum(not some for some in read), "with an empty mask left out"),
+        *_said_lost(sum(_is_of_another_size(part, images[0]) for _, _, part in shapes), OTHER_SIZE),
         *(
             text
             for one in sorted({*unlisted.values()} - {""})
             for text in _said_lost([*unlisted.values()].count(one), f"of a category that the file does not list: {one}")
         ),
     ]
+
+
+def _is_of_another_size(part: Any, image: dict[str, Any]) -> bool:
+    """Return whether a mask has another size than its image, where the file says both."""
+    size = part.get("size") if isinstance(part, dict) else None
+    return size is not None and None not in (stated := [image.get("height"), image.get("width")]) and size != stated
 
 
 def _unlisted(row: dict[str, Any], name: dict[int | str, str]) -> str:

@@ -63,6 +63,20 @@ def test_a_door_on_the_ground_is_an_opening_and_a_wall_without_any_has_no_pier()
     assert piers(running_bond(5, 6)) == ()
 
 
+def test_a_pier_holds_no_opening_of_another_storey():
+    """A door up to 0.6 m, and beside it a window from 0.4 to 1.0 m: the pier beside the door ends at the sill, that
+    beside the window begins at the head of the door."""
+    blocks, opened = [upright(0, -0.2, -0.2, 2.8, 0.2, fixed=True)], ((0.4, 0.8, 0.0, 0.6), (1.2, 1.6, 0.4, 1.0))
+    for y in np.arange(0.0, 1.4, 0.2):
+        for x in np.arange(0.0, 2.4, 0.4):
+            if not any(left <= x + 0.2 <= right and low <= y + 0.1 <= high for left, right, low, high in opened):
+                blocks.append(upright(len(blocks), x, y, 0.4, 0.2))
+    found = piers(Wall("staggered", tuple(blocks), 0.3, 0.6))
+    assert [(p.left, p.right, p.bottom, p.top) for p in found] == pytest.approx(np.array([
+        (0.0, 0.4, 0.0, 0.4), (0.8, 2.4, 0.0, 0.4), (0.0, 1.2, 0.6, 1.0), (1.6, 2.4, 0.6, 1.0)
+    ]), abs=1e-9)  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ["ferris_tinloi_wall6.json", "benchmark2.json", "arched_facade.json"])
 def test_every_joint_of_a_cut_belongs_to_one_panel(name):
     assemblage = find_joints(read_blocks(PROJECT / "meshes" / name), JointSettings())

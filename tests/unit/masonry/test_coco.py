@@ -124,6 +124,20 @@ def test_coco_masks_are_decoded(tmp_path, form):
         assert one.symmetric_difference(other).area == pytest.approx(0, abs=1e-12)
 
 
+def test_a_mask_of_another_size_than_the_image_is_told(tmp_path):
+    """Masks of a smaller copy of the picture: `--scale` is of its pixels, or the wall has another size than is meant."""
+    mask = np.zeros((90, 120), dtype=int)
+    mask[20:60, 30:90] = 1
+    whole, half = ({"size": list(one.shape), "counts": run_lengths(one == 1)} for one in (mask, mask[::2, ::2]))
+    drawing = read_coco(annotated(tmp_path, [half]), Layers(), CocoSettings(0.01))
+    assert sum(shape.area for shape in polygons(drawing)) == pytest.approx(0.3 * 0.2)
+    assert [said.partition(":")[2][1:44] for said in drawing.remarks if "size" in said] == [
+        "1 annotation with a mask of another size th"
+    ]
+    right = read_coco(annotated(tmp_path, [whole]), Layers(), CocoSettings(0.01))
+    assert not any("size" in said for said in right.remarks)
+
+
 def test_coco_polygons_with_mortar_grow_until_they_touch(tmp_path):
     apart = [np.array(shapely.Polygon(stone).buffer(-1, join_style="mitre").exterior.coords)[:-1] for stone in STONES]
     names = ["stone", "brick", "stone", "stone"]
