@@ -193,7 +193,8 @@ def refuse_another_run(case: Case, wall: Wall, output: Path) -> None:
             raise
         (key, here, there), *others = differs
         more = f" ({', '.join(other for other, *_ in others)} differ, too)" if others else ""
-        problem = f"is {here!r} here, and {there!r} in the run that is stored in {output}{more}"
+        given, stored_as = ("left out" if value is None else repr(value) for value in (here, there))
+        problem = f"is {given} here, and {stored_as} in the run that is stored in {output}{more}"
         remedy = "give it the same value, or run without --resume or into another folder"
         raise CaseError(key, problem, remedy, str(case.file)) from None
 

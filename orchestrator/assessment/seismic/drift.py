@@ -130,7 +130,7 @@ def largest_drift(pier: DriftingPier, state: LimitStateName, settings: SeismicSe
     if settings.largest_drift is not None:
         return settings.largest_drift, "as given"
     if state in SERVICE:
-        return SERVICE[state], "no damage"
+        return SERVICE[state], "damage limitation"
     if state not in FLEXURE:
         return None
     if pier.width / (2.0 * pier.moment_over_shear) >= pier.friction:
