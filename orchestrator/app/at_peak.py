@@ -15,7 +15,7 @@ from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_lef
 from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.pushover.increments import RESTED, Increment, PushoverCurve
+from orchestrator.pushover.increments import GAVE_WAY, RESTED, Increment, PushoverCurve
 from orchestrator.storage.summary import AtPeak, NarrowPeak, Snap
 
 if TYPE_CHECKING:
@@ -80,37 +80,37 @@ def farthest_snap(
 
     A wall whose displacements are prescribed goes through equilibria that bear less than it bore before. Under that
     load it moves on to the first that bears as much again: such a motion where it is less than the peak by DROP. What
-    has fallen from one rest to the next is the top of one of them alone: how far that went is not known then.
+    has fallen from one rest to the next is the top of one of them alone: how far that went is not known then. Where it
+    bore more and more on the way a load in between may find it at rest: the farthest such motion where there is no
+    other.
     """
 
-    def snap(before: Increment, after: Increment) -> tuple[float, float, bool]:
-        """How far, from what load, and whether it is of the top."""
+    def snap(before: Increment, after: Increment, bore_less: bool) -> Snap:
         top, part = abs(after.pushed - before.pushed), gone(before, after)
-        stands = top <= STANDS * part
-        return part if stands else top, before.load_multiplier, not stands
+        if top <= STANDS * part:
+            return Snap(before.load_multiplier, part, None, bore_less)
+        return Snap(before.load_multiplier, top, top / abs(at_peak.pushed), bore_less)
 
-    rest, snaps, moving = at_peak, [(0.0, 0.0, False)], False
+    rest, snaps, ways = at_peak, list[Snap](), set[str]()
     highest, fell = at_peak, False
     for one in increments:
-        moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
+        ways |= {attempt.action for attempt in one.attempts} | ({GAVE_WAY} if one.moving else set())
         if one.moving or one.number > at_peak.number:
             continue
         if not np.array_equal(one.fallen, rest.fallen):
-            rest, moving, highest, fell = one, False, one, False
+            rest, ways, highest, fell = one, set(), one, False
             continue
-        if moving and one.phase != "gravity":
-            snaps.append(snap(rest, one))
-        rest, moving = one, False
+        if ways & {RESTED, GAVE_WAY} and one.phase != "gravity":
+            snaps.append(snap(rest, one, GAVE_WAY in ways))
+        rest, ways = one, set()
         if one.phase == "gravity" or one.load_multiplier >= highest.load_multiplier:
             if fell and highest.load_multiplier < (1.0 - DROP) * at_peak.load_multiplier:
-                snaps.append(snap(highest, one))
+                snaps.append(snap(highest, one, bore_less=True))
             highest, fell = one, False
         else:
             fell = True
-    moved, multiplier, of_top = max(snaps)
-    if moved <= NARROW * end:
-        return None
-    return Snap(multiplier, moved, moved / abs(at_peak.pushed) if of_top else None)
+    far = [one for one in snaps if one.moved > NARROW * end]
+    return max(far, key=lambda one: (one.bore_less, one.moved), default=None)
 
 
 def spike_of(curve: PushoverCurve, end: float) -> NarrowPeak | None:

@@ -17,6 +17,8 @@ Phase = Literal["gravity", "load", "displacement"]
 """what is prescribed: the share of the weight, the load multiplier, the mean displacement of the driven bodies"""
 RESTED = "moved until it rested"
 """what an attempt says that was followed by motion to a state of rest"""
+GAVE_WAY = "moved, bearing less on the way, until it rested"
+"""the same of a wall that has borne less than before on that motion: then there was no rest"""
 
 
 class ContactStatus(IntEnum):

@@ -216,8 +216,8 @@ def _horizontal(lateral: FloatArray, front: FrontNodes) -> float:
 def driven_by(model: ContactModel, driven: BoolArray) -> ContactModel:
     """Return the model whose `mean_row` is the mean displacement along the live load of the bodies `driven` (b,)."""
     part = np.where(np.repeat(driven[model.body], 3), model.lateral, 0.0)
-    work = np.abs(part[: model.front.nodes.size]).sum()
-    return replace(model, mean_row=part / work)
+    across, upwards = (part[axis : model.front.nodes.size : 3] for axis in (0, 1))
+    return replace(model, mean_row=part / np.hypot(across, upwards).sum())
 
 
 def without(model: ContactModel, fallen: BoolArray) -> ContactModel:

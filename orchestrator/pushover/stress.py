@@ -18,9 +18,10 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.contact.cohesion import shear_limit, tributary
+from orchestrator.pushover.contact.cohesion import shear_limit
+from orchestrator.pushover.contact.contact_search import contacts_of_interfaces
 from orchestrator.pushover.contact.contact_law import tolerances
-from orchestrator.pushover.contact.faces import find_faces, sides_of_edges
+from orchestrator.pushover.contact.faces import find_faces, find_touching, tributary
 from orchestrator.pushover.contact.frames import fit_frames
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes
@@ -101,23 +102,31 @@ def von_mises(stress: FloatArray) -> FloatArray:
 
 
 def slave_areas(model: ContactModel, bodies: Bodies) -> FloatArray:
-    """Return the area (c,) in m2 of its joint that the slave node of each possible contact stands for, its image
-    included; 0 for contacts of a corner."""
-    contacts, meshes = model.possible, model.meshes
-    faces = find_faces(bodies)
-    sides = sides_of_edges(faces, meshes)
+    """Return the area (c,) in m2 that the slave node of each possible contact stands for, its image included: in all
+    joints that it touches in, or in that a contact of later belongs to; 0 for contacts of a corner."""
+    contacts, meshes, faces = model.possible, model.meshes, find_faces(bodies)
+    touching, sides = find_touching(bodies, meshes)
     areas = np.zeros(len(contacts))
+
+    def of_nodes(edge: int) -> FloatArray:
+        nodes, shares = tributary(sides[edge], meshes.nodes)
+        every = np.zeros(len(meshes.nodes))
+        every[nodes] = shares
+        return model.front.summed(every)
+
     for number in np.unique(contacts.interface):
         for body, edge in (
             (bodies.interfaces.i[number], bodies.edge_i[number]),
             (bodies.interfaces.j[number], bodies.edge_j[number]),
         ):
             here = (contacts.interface == number) & (contacts.slave_body == body) & (contacts.slave_node >= 0)
-            nodes, shares = tributary(sides[faces.first_edge[body] + edge], meshes.nodes)
-            of_node = np.zeros(len(meshes.nodes))
-            of_node[nodes] = shares
-            of_node = model.front.summed(of_node)
-            areas[here] = of_node[contacts.slave_node[here]]
+            areas[here] = of_nodes(faces.first_edge[body] + edge)[contacts.slave_node[here]]
+    drawn = contacts.chosen(np.arange(len(model.joint_contacts)))
+    areas[: len(drawn)] = 0.0
+    for edge, rows in zip(
+        touching.slave_edge, contacts_of_interfaces(touching, sides, drawn.slave_node, drawn.interface), strict=True
+    ):
+        areas[rows] += of_nodes(edge)[drawn.slave_node[rows]]
     return areas
 
 

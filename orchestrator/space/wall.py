@@ -95,7 +95,9 @@ def check_wall(wall: SpaceWall, gap: float = 0.0, looser: str = "") -> None:
     if not wall.fixed.any():
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if wall.fixed.all():
-        raise CaseError("blocks", "every block is a support", 'add one that stands on it, without "fixed" in a block file')
+        raise CaseError(
+            "blocks", "every block is a support", 'add one that stands on it, without "fixed" in a block file'
+        )
     refuse_overlaps(wall, gap, looser)
 
 

@@ -300,6 +300,9 @@ def remarks(summary: Summary) -> list[str]:
             said.append(
                 f"{pushed.model} FE: beyond λ = {lost} the wall found no rest before {way}: motion has no inertia "
                 "here, and an earthquake may carry it on"
+                if pushed.snap.bore_less
+                else f"{pushed.model} FE: by the load after λ = {lost} {way}, bearing more and more: whether it rests "
+                "on the way a smaller stepping.load_increment tells"
             )
         if pushed.spike is not None and pushed.control_share >= OUTSIDE:
             left, moved = printed("multiplier", pushed.spike.load_multiplier), f"{1e3 * pushed.spike.moved:.2g}"

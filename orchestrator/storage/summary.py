@@ -26,8 +26,7 @@ class AtPeak:
     bound_left: float | None = None
     """associative multiplier of what is left, where anything has fallen; None where nothing bounds it"""
     drawn_contacts: float | None = None
-    """highest multiplier that the wall, as it has moved, can bear without contacts that were not drawn, where such
-    press: a gap has closed, a stone has slid onto another"""
+    """highest multiplier that the wall, as it has moved, can bear without contacts that were not drawn, where they press"""
     increment: int = 0
     """number of the increment"""
 
@@ -42,6 +41,8 @@ class Snap:
     """by the control displacement, or of the part of the wall that moves where the top stands, m"""
     share: float | None
     """of the control displacement at the peak; None where the top stands"""
+    bore_less: bool = True
+    """on the way; else a load in between may find it at rest there"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -332,8 +333,7 @@ def read_summary(folder: str | PathLike[str]) -> Summary:
 
 
 def seal_of(summary: Summary) -> str:
-    """Return a hash of all but the verification, which is made again where `report` is asked to; the same of what is
-    to be written and of what was read."""
+    """Return a hash of all but the verification, which `report` may make again; the same before and after reading."""
     alone = replace(summary, seismic=None, sha256=None)
     as_read = _parsed(json.dumps(plain(alone.record)).encode()).record  # where 0 may have become 0.0
     return hashlib.sha256(json.dumps(plain(as_read), sort_keys=True).encode()).hexdigest()

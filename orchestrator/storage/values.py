@@ -109,7 +109,7 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
     """Return all limit states; velocities and loads (N, N m) are in the order of `blocks`, joint values
     in that of joints.csv. rigid_curve: pairs of displacement in m and multiplier."""
-    names = ("associative", "associative_left", "sequence", "path", "lowest")
+    names = ("associative", "associative_left", "sequence", "path", "lowest", "drawn")
     states = {name: getattr(analysis, name) for name in names}
     return {
         "loads": {"dead": analysis.loads.dead, "live": analysis.loads.live, "direction": analysis.loads.direction},
@@ -129,6 +129,9 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "pressed_peak": analysis.pressed_peak,
         "ways_out": analysis.ways_out,
         "is_bound": analysis.is_bound,
+        "points_in_common": [{"stones": one.stones, "place": one.place} for one in analysis.points_in_common],
+        "going_down": analysis.going_down,
+        "factorisations": analysis.factorisations,
         "local_failures": [
             {
                 "stones": failure.stones,

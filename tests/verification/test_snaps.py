@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator import JointClass, JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.app.at_peak import farthest_snap
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.patterns import Arch, Rubble, arch_on_piers, rubble
@@ -22,6 +22,7 @@ from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.support.pushover_chain import model_of, rectangle
+from tests.support.walls import upright
 
 WALL = rubble(Rubble(2.6, 2.2, stone=0.3270249, flatness=1.5441807, seed=9))
 ASSOCIATIVE = 0.3737
@@ -70,6 +71,23 @@ def test_what_a_wall_moves_without_rest_before_its_peak_is_told():
     assert 0.95 * base / height < snap.load_multiplier < base / height
     assert snap.moved == pytest.approx(gap * height / stocky, rel=0.01)
     assert snap.share > 0.9
+    assert snap.bore_less
+
+
+def test_a_block_that_leans_ever_more_on_soft_mortar_has_lost_no_rest():
+    """lambda = (b/2 - a/3 - h tan(theta)) / h with a pressed length of a = (2 W / (k t theta))^(1/2): it rises all the
+    way from one load to the next, by which the top has moved by a quarter of what it moves up to the peak."""
+    width, height, mortar = 0.5, 1.5, 5e7
+    wall = Wall("block", (upright(0, -1, -0.2, 3, 0.2, fixed=True), upright(1, 0, 0, width, height)), 0.3, 0.8)
+    joints = JointSettings(classes=(JointClass(normal_stiffness=mortar, shear_stiffness=0.4 * mortar),))
+    assemblage, load = find_joints(wall, joints), LoadSettings("+x")
+    analysis = analyse(assemblage, loads=loads_on(wall, load))
+    found = push(assemblage, analysis, one_body_per_block(assemblage), load).summary
+    tilt = np.linspace(0.018, 0.045, 28) / height
+    borne = (width - 2.0 / 3.0 * np.sqrt(2.0 * 20e3 * width * height / (mortar * tilt))) / height - tilt
+    assert (np.diff(borne) > 0.0).all(), "at rest under every load"
+    assert borne[0] < 1.01 * found.snap.load_multiplier
+    assert not found.snap.bore_less
 
 
 def test_what_a_wall_falls_through_under_prescribed_displacements_is_told_too():

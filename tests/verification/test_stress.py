@@ -7,13 +7,15 @@ import pytest
 from mpi4py import MPI
 
 from orchestrator.macroblocks.bodies import make_bodies
-from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.macroblocks.criteria import one_body_per_block, partition_of
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
+from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.model import build_model
+from orchestrator.pushover.model import build_model, driven_by
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.solids.nodal_loads import own_weight
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.stress import (
     contact_forces,
@@ -23,6 +25,7 @@ from orchestrator.pushover.stress import (
     von_mises,
 )
 from tests.support.pushover_chain import assemblage_of, stack
+from tests.support.walls import upright
 
 WEIGHT, HEIGHT, WIDTH, THICKNESS = 25e3, 2.0, 0.4, 0.1
 
@@ -73,6 +76,33 @@ def test_column_under_its_own_weight(order):
     assert area[resting].sum() == pytest.approx(WIDTH * THICKNESS, rel=1e-9)
     mean_pressure = increment.normal_force[resting].sum() / area[resting].sum()
     assert mean_pressure == pytest.approx(WEIGHT * HEIGHT, rel=1e-4)
+
+
+def test_a_node_between_two_joints_stands_for_its_area_in_both():
+    """Two stones that are one body on a third of 1 m: five nodes a row in two joints, an area of 1 m x 0.3 m."""
+    stones = [upright(1, 0, 0, 1, 0.25), upright(2, 0, 0.25, 0.5, 0.25), upright(3, 0.5, 0.25, 0.5, 0.25)]
+    wall = Wall("three", (upright(0, -2, -0.3, 6, 0.3, fixed=True), *stones), 0.3, 0.6)
+    assemblage = find_joints(wall, JointSettings())
+    bodies = make_bodies(assemblage, partition_of(assemblage, np.array([8, 1, 9, 9])))
+    meshes = mesh_bodies(bodies, MeshSettings(size=0.25), None)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), False)
+    between = model.possible.point[:, 1] > 0.1
+    area = slave_areas(model, bodies)[between]
+    place = model.possible.point[between, 0]
+    found = [area[np.abs(place - x) < 1e-3].sum() for x in (0.0, 0.25, 0.5, 0.75, 1.0)]
+    assert found == pytest.approx([0.0375, 0.075, 0.075, 0.075, 0.0375])
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 45.0])
+def test_the_mean_displacement_of_what_is_driven_goes_along_the_load(degrees):
+    """All bodies that go 1 m along an inclined load have a mean displacement of 1 m along it."""
+    bodies, _ = column(1)
+    way = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    meshes = mesh_bodies(bodies, MeshSettings(size=0.1), None)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), False, own_weight(meshes, way))
+    moved = np.column_stack([np.tile(way, (len(model.body), 1)), np.zeros(len(model.body))]).ravel()
+    driven = driven_by(model, np.ones(model.bodies, bool))
+    assert [one.mean_row @ moved for one in (model, driven)] == pytest.approx([1.0, 1.0], rel=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -72,14 +72,17 @@ def drifting_piers(
     """Return the piers of a wall, or the whole wall up to the tops of `control_blocks` where it has no openings.
 
     Blocks that have `fallen` (positions) by the end of the curve are under no section: a pier is between those that
-    stand, and is left out where none does.
+    stand, and is left out where none does. The foot of a pier that is one stone is where that stone stands.
     """
     wall = assemblage.wall
     drifting = []
     for panel in piers(wall):
         foot, top = cut(assemblage, panel, panel.bottom), cut(assemblage, panel, panel.top)
+        if set(top.lower) == set(foot.lower):
+            lowest = min(float(wall.blocks[block].polygon[:, 1].min()) for block in top.lower)
+            foot = cut(assemblage, panel, lowest)
         under, head = (np.setdiff1d(section.lower, list(fallen)) for section in (foot, top))
-        if not len(under) or not len(head):
+        if not len(under) or not len(head) or set(under) == set(head):
             continue
         height = _level(wall, head) - _level(wall, under)
         friction, half = float(assemblage.joints.friction[foot.joints].min()), 0.5 * height

@@ -22,9 +22,9 @@ import numpy as np
 from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
-from orchestrator.pushover.contact.faces import find_touching
+from orchestrator.pushover.contact.faces import find_touching, tributary
 from orchestrator.pushover.increments import Increment
-from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
+from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.toes import OFFSET
 
 
@@ -184,10 +184,3 @@ def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: 
         strength[rows[number]] += areas[:, None] * np.array(strengths)
     nothing = read_only(np.zeros(possible))
     return Bond(read_only(strength[:, 0]), read_only(strength[:, 1]), softening, nothing, nothing, nothing)
-
-
-def tributary(triangles: IntArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the nodes (s,) of the triangles (t, 3), in ascending order, and their shares (s,) of the area in m2."""
-    used, place = np.unique(triangles, return_inverse=True)
-    shares: FloatArray = np.bincount(place.ravel(), np.repeat(triangle_areas(nodes, triangles) / 3, 3)).astype(float)
-    return used, shares

@@ -9,7 +9,7 @@ the slave), in-plane tangent t and z:
 Nodes and triangles of an interface are those of the ring edges that it is on both sides (faces.py). Supports are
 masters without degrees of freedom. A node at a T-junction has one contact with each master. Contacts are unique in
 (slave node, master's face): two interfaces on one face meet in a node, and two rows alike would make the system
-singular.
+singular. Such a node has the mean friction of its interfaces, by its areas in them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import scipy.sparse as sparse
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.contact.faces import Touching, find_touching
+from orchestrator.pushover.contact.faces import Touching, find_touching, tributary
 from orchestrator.pushover.meshing import BodyMeshes
 
 
@@ -107,7 +107,21 @@ def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     place = np.column_stack([columns["slave_node"], touching.master_face[columns["interface"]]])
     first = np.sort(np.unique(place, axis=0, return_index=True)[1])
-    return Contacts(**{name: read_only(values[first], values.dtype) for name, values in columns.items()}, moving=False)
+    contacts = Contacts(**{n: read_only(values[first], values.dtype) for n, values in columns.items()}, moving=False)
+    return replace(contacts, friction=_mean_friction(contacts, bodies, meshes, touching, sides))
+
+
+def _mean_friction(
+    contacts: Contacts, bodies: Bodies, meshes: BodyMeshes, touching: Touching, sides: list[IntArray]
+) -> FloatArray:
+    """Return the friction (c,) of contacts: where joints meet in a node, the mean by the areas that it has in each."""
+    area, beyond = np.zeros(len(contacts)), np.zeros(len(contacts))
+    rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
+    for number, friction in enumerate(bodies.interfaces.friction):
+        _, areas = tributary(sides[touching.slave_edge[number]], meshes.nodes)
+        area[rows[number]] += areas
+        beyond[rows[number]] += areas * (friction - contacts.friction[rows[number]])
+    return read_only(contacts.friction + beyond / area)
 
 
 def _of_interface(

@@ -13,7 +13,7 @@ from orchestrator.basis.arrays import BoolArray, FloatArray, IntArray, read_only
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 
 STRAIGHT = 0.01
 """rad; edges of a ring that follow each other are one face while their directions differ by less: a node between them
@@ -175,3 +175,10 @@ def _first_on_faces(body: IntArray, face: IntArray) -> IntArray:
     size = count + int(node.max(initial=-1)) + 1
     group = connected_groups(size, np.tile(np.arange(count), 2), count + node)[:count]
     return np.unique(group, return_index=True)[1][np.unique(group, return_inverse=True)[1]]
+
+
+def tributary(triangles: IntArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the nodes (s,) of the triangles (t, 3), in ascending order, and their shares (s,) of the area in m2."""
+    used, place = np.unique(triangles, return_inverse=True)
+    shares: FloatArray = np.bincount(place.ravel(), np.repeat(triangle_areas(nodes, triangles) / 3, 3)).astype(float)
+    return used, shares

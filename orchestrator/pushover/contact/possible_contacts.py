@@ -12,6 +12,8 @@ contact_tracking.py says which of them exist in a displaced wall.
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -29,6 +31,8 @@ OFFSET = 0.05
 """share of the shorter face by which the lines of such faces may lie apart; beyond, nothing may be in between"""
 SIGHTS = (0.25, 0.5, 0.75)
 """where two faces look at each other, as shares of what is opposite; one that is free is enough"""
+FAR = 1e6
+"""what a joint across a contact is farther away than any along it, in lengths of joints"""
 BETWEEN = (0.1, 0.9)
 """part of the way from one to the other in which nothing may be: the two themselves end it"""
 
@@ -54,7 +58,9 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     columns = {name: values[order] for name, values in columns.items()}
     interface = surface.nearest_interface(columns)
     interface[: len(touching)] = touching.interface
-    possible = _unconnected(columns, interface, _friction(bodies, columns, interface))
+    friction = _friction(bodies, columns, interface)
+    friction[: len(touching)] = touching.friction
+    possible = _unconnected(columns, interface, friction)
     rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
@@ -243,16 +249,25 @@ class _Surface:
         return primary[order[np.searchsorted(keys, wanted, sorter=order)]]
 
     def nearest_interface(self, columns: dict[str, npt.NDArray]) -> IntArray:
-        """Return for each row the interface whose middle is nearest, one between the same bodies if there is one."""
-        bodies = self.bodies
-        middle = bodies.interfaces.centroid
+        """Return for each row the interface whose middle is nearest, or of those between the same bodies, if any, the
+        nearest that lies along the row's face; the least rough of several that are as near."""
+        joints = self.bodies.interfaces
+        points = shapely.points(columns["point"][:, :2])
+        found = np.asarray(shapely.STRtree(shapely.points(joints.centroid)).nearest(points), np.int64)
+        between: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for number in np.argsort(joints.friction, kind="stable").tolist():
+            between[min(joints.i[number], joints.j[number]), max(joints.i[number], joints.j[number])].append(number)
+        lines = shapely.linestrings(np.stack([joints.start, joints.end], axis=1))
         pair = np.sort(np.column_stack([columns["slave_body"], columns["master_body"]]), axis=1)
-        known = np.sort(np.column_stack([bodies.interfaces.i, bodies.interfaces.j]), axis=1)
-        nearest = shapely.STRtree(shapely.points(middle)).nearest(shapely.points(columns["point"][:, :2]))
-        by_pair: dict[tuple[int, int], int] = {}
-        for number, (i, j) in enumerate(known.tolist()):
-            by_pair.setdefault((i, j), number)
-        return np.array([by_pair.get((i, j), n) for (i, j), n in zip(pair.tolist(), nearest.tolist(), strict=True)])
+        kinds, kind = np.unique(pair, axis=0, return_inverse=True)
+        rows_of = np.split(np.argsort(kind, kind="stable"), np.cumsum(np.bincount(kind))[:-1])
+        for (i, j), rows in zip(kinds.tolist(), rows_of, strict=True):
+            if numbers := between.get((i, j)):
+                apart = shapely.distance(points[rows, None], lines[numbers])
+                along = np.abs(columns["normal"][rows] @ joints.normal[numbers].T) > np.cos(TURNED)
+                size = float(joints.length[numbers].sum())
+                found[rows] = np.array(numbers)[(np.round(apart / size, 9) + np.where(along, 0.0, FAR)).argmin(axis=1)]
+        return found
 
     def triangle_table(self, master_face: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Return all faces' triangles (t, 3), and for each row where those of its master's face begin and how many."""

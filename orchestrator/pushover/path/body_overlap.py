@@ -117,5 +117,7 @@ class DisplacedOutlines:
 
 
 def _face(edges: FloatArray) -> shapely.Geometry:
-    """Return a body's face, holes included, from its edges (e, 2, 3): x and y in m and the number of the node."""
-    return max(shapely.get_parts(shapely.polygonize([*shapely.linestrings(edges)])), key=shapely.area)
+    """Return a body's face, holes included, from its edges (e, 2, 3): x and y in m and the number of the node. Around a
+    hole the ring of the hole encloses a face, too: that of the body is the one that reaches farther."""
+    parts = shapely.get_parts(shapely.polygonize([*shapely.linestrings(edges)]))
+    return max(parts, key=lambda part: shapely.area(shapely.envelope(part)))

@@ -30,7 +30,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import BoolArray, FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
-from orchestrator.pushover.increments import RESTED, Increment, Phase, end_of_curve
+from orchestrator.pushover.increments import GAVE_WAY, RESTED, Increment, Phase, end_of_curve
 from orchestrator.pushover.model import ContactModel, driven_by, touching
 from orchestrator.pushover.path.energies import balances
 from orchestrator.pushover.path.growth import BENT, growth, longer
@@ -181,8 +181,11 @@ class Pushover:
             whole = (last.displacement - state.displacement).ravel()
             if last.base_shear < state.base_shear and self._is_alone(trial, whole):  # it creeps from rest to rest
                 return self._loaded(moved, total)
-            attempts = moved.then(why, RESTED, total - last.iterations).attempts
-            again = any(attempt.action == RESTED for attempt in state.attempts)
+            borne = np.array([state.base_shear, *(row.base_shear for row in rows)])
+            lost = float(np.max(np.maximum.accumulate(borne) - borne))
+            action = GAVE_WAY if lost > self.newton.residual * float(np.abs(borne).max()) else RESTED
+            attempts = moved.then(why, action, total - last.iterations).attempts
+            again = any(attempt.action in (RESTED, GAVE_WAY) for attempt in state.attempts)
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim, again))]
         if self._slides_alone(trial, last.change.ravel()):
             return self._loaded(moved, total)

@@ -191,6 +191,10 @@ ON_PAGES = [
     "at its peak: motion has no inertia here, and an earthquake may carry it on",
     "micro FE: beyond λ = 0.3000 the wall found no rest before a part of it had gone 30 mm, which its top does not show"
     ": motion has no inertia here, and an earthquake may carry it on",
+    "micro FE: by the load after λ = 0.2222 its top had moved by 13.5 mm, 27 % of what it has moved at its peak, bearing "
+    "more and more: whether it rests on the way a smaller stepping.load_increment tells",
+    "micro FE: by the load after λ = 0.2222 a part of it had gone 13.5 mm, which its top does not show, bearing "
+    "more and more: whether it rests on the way a smaller stepping.load_increment tells",
     "micro FE: the peak is a spike: when its top has moved by 0.054 mm more the wall bears λ = 0.1417; such a peak may "
     "depend on the elements: compare with a quarter of mesh.size",
     "micro FE: the mean of the top edge moves 0.12 % of the stone that goes farthest: it is outside the mechanism; "

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from orchestrator.macroblocks.bodies import make_bodies
-from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.macroblocks.criteria import one_body_per_block, partition_of
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines
 from tests.support.pushover_chain import assemblage_of, stack
+from tests.support.walls import upright
 
 STANDING = np.zeros(2, bool)
 
@@ -49,6 +52,20 @@ def test_a_stone_that_sinks_into_the_support_is_found(wall):
     found = wall.largest_overlap(moved(wall, 0, 0.0, -1e-4), STANDING)
     assert found.distance == pytest.approx(1e-4, rel=1e-6)
     assert set(found.names) == {"block 1", "the support"}
+
+
+def test_a_frame_around_a_large_hole_is_no_full_stone():
+    """Four stones round a window are one body of 0.19 m2 round a hole of 0.81 m2: a stone within it overlaps nothing,
+    one in its jamb does."""
+    frame = [upright(1, 0, 0, 1, 0.05), upright(2, 0, 0.95, 1, 0.05), upright(3, 0, 0.05, 0.05, 0.9)]
+    frame += [upright(4, 0.95, 0.05, 0.05, 0.9), upright(5, 0.4, 0.05, 0.2, 0.2)]
+    blocks = [upright(0, -1, -0.2, 3, 0.2, fixed=True), *frame]
+    assemblage = find_joints(Wall("frame", tuple(blocks), 0.3, 0.6), JointSettings())
+    bodies = make_bodies(assemblage, partition_of(assemblage, np.array([0, 1, 1, 1, 1, 2])))
+    outlines = DisplacedOutlines(bodies, mesh_bodies(bodies, MeshSettings(size=0.05), None))
+    small = int(np.argmin([body.area for body in bodies.bodies[: bodies.moving]]))
+    assert outlines.largest_overlap(moved(outlines, small, 0.2, 0.3), STANDING).distance < 1e-12
+    assert outlines.largest_overlap(moved(outlines, small, 0.37, 0.3), STANDING).distance == pytest.approx(0.02)
 
 
 def test_mortar_may_close_by_as_much(wall):

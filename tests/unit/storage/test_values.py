@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from orchestrator import storage
 from orchestrator.basis.arrays import read_only
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.interfaces import straight_interfaces
+from orchestrator.masonry.points_in_common import PointInCommon
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.increments import PushoverCurve
 from tests.support.walls import between
@@ -51,6 +52,21 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
     values = ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0", "0.0", "", "", ""]
     assert list(rows[3].values()) == values
     assert list(rows[3])[3:8] == ["start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m"]
+
+
+def test_a_limit_analysis_is_read_back_whole(tmp_path, assemblage, analysis):
+    """`report` verifies by what it reads: which stones go on moving without live load is part of it."""
+    other = analysis.sequence
+    whole = replace(
+        analysis, lowest=other, associative_left=other, drawn=other, last_rest=0.28, soft_from=0.2, interval=(0.2, 0.3),
+        rigid_peak=0.27, pressed_peak=0.26, points_in_common=(PointInCommon((11, 12), (0.5, 1.0)),), is_bound=False,
+        ways_out={"held": 2}, going_down=(13,), factorisations=17, rigid_curve=np.array([[0.0, 0.0], [1e-3, 0.25]]),
+    )  # fmt: skip
+    storage.write_limit_analysis(tmp_path, assemblage.wall, whole)
+    found = storage.read_limit_analysis(tmp_path)
+    for name in {one.name for one in fields(whole)} - {"wall"}:
+        assert str(getattr(whole, name)) not in ("None", "()", "{}", ""), f"{name} would be as good if it were lost"
+        assert str(getattr(found, name)) == str(getattr(whole, name)), name
 
 
 def test_the_curve_of_rigid_blocks_is_read_back_as_it_was(tmp_path, assemblage, analysis):
