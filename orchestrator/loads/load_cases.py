@@ -16,8 +16,10 @@ ENVELOPE = (
     LoadCase("-x mass x height", "-x", distribution="mass_height"),
 )
 """the load cases of an assessment in the plane of a wall: NTC 2018 7.3.4.2, EN 1998-1 4.3.3.4.2.2"""
-NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
-"""names that the run folder uses itself"""
+NOT_A_FOLDER = ("figures", "macro", "micro", "runs", "points")
+"""names of folders that the run folder uses itself"""
+OF_A_FILE = re.compile(r".*\.(json|csv|html|toml|log|dxf|vtu|xdmf|h5|msh)", re.IGNORECASE)
+"""names that it may use for its files"""
 
 
 def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
@@ -29,7 +31,8 @@ def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
         return {"": settings}
     loads: dict[str, LoadSettings] = {}
     for key, case in _keyed(settings):
-        if case.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", case.name):
+        of_its_own = case.name.casefold() in NOT_A_FOLDER or OF_A_FILE.fullmatch(case.name)
+        if of_its_own or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", case.name):
             remedy = "use letters, digits, + - _ . and spaces, at most 100, and no name of the run folder's own"
             raise CaseError(f"{key}.name", f"{case.name!r} cannot name a folder", remedy)
         if case.name.casefold() in {name.casefold() for name in loads}:

@@ -31,7 +31,7 @@ def phrases(language: Language) -> Callable[[str], str]:
     A phrase with places, as in "{count} more", keeps them. A sentence that was finished elsewhere, as in "5 more", is
     told by the phrase with places that it fits, of several by the one with most words of its own; so is what stands
     in its places. A number alone, or with its unit, is written as the language writes it. A list is told thing by thing
-    where every one of them is known.
+    where every one of them is known, and the first as well as the whole, if that is a sentence with a list in it.
     """
     if language == "en":
         return str
@@ -42,14 +42,16 @@ def phrases(language: Language) -> Callable[[str], str]:
             return table()[text][column]
         if NUMBER.fullmatch(text):
             return in_language(text, language)
-        things = text.split(", ")
-        told = [say(thing) for thing in things] if len(things) > 1 else things
-        if all(new != old for new, old in zip(told, things, strict=True)):
-            return ", ".join(told)
-        for fits, english in _with_places():
-            if filled := fits.fullmatch(text):
-                return table()[english][column].format(**{name: say(part) for name, part in filled.groupdict().items()})
-        return text
+        things, english = text.split(", "), _phrase_of(text)
+        if len(things) > 1 and len(_words_of(things[0])) >= len(_words_of(text)):
+            told = [say(thing) for thing in things]
+            if all(new != old for new, old in zip(told, things, strict=True)):
+                return ", ".join(told)
+        if english is None:
+            return text
+        filled = _filled(english).fullmatch(text)
+        assert filled is not None
+        return table()[english][column].format(**{name: say(part) for name, part in filled.groupdict().items()})
 
     return say
 
@@ -57,6 +59,16 @@ def phrases(language: Language) -> Callable[[str], str]:
 def in_language(text: str, language: Language) -> str:
     """Return a text with its numbers as a language writes them: decimal commas in Italian and Portuguese."""
     return text if language == "en" else re.sub(r"(?<=\d)\.(?=\d)", ",", text)
+
+
+def _phrase_of(text: str) -> str | None:
+    """Return the phrase with places that a finished text fits, of several the one with most words of its own."""
+    return next((english for fits, english in _with_places() if fits.fullmatch(text)), None)
+
+
+def _words_of(text: str) -> str:
+    """Return the words that are the phrase's own in a finished text."""
+    return text if text in table() else re.sub(r"{\w+}", "", _phrase_of(text) or "")
 
 
 @cache
@@ -67,6 +79,7 @@ def _with_places() -> list[tuple[re.Pattern[str], str]]:
     return [(_filled(english), english) for english in sorted(phrases, key=lambda english: -own[english])]
 
 
+@cache
 def _filled(english: str) -> re.Pattern[str]:
     """Return what a phrase looks like when something stands in each of its places."""
     parts = re.split(r"{(\w+)}", english)

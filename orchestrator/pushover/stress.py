@@ -19,8 +19,8 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import shear_limit
-from orchestrator.pushover.contact.contact_search import contacts_of_interfaces
 from orchestrator.pushover.contact.contact_law import tolerances
+from orchestrator.pushover.contact.contact_search import contacts_of_interfaces
 from orchestrator.pushover.contact.faces import find_faces, find_touching, tributary
 from orchestrator.pushover.contact.frames import fit_frames
 from orchestrator.pushover.increments import Increment

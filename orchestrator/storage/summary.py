@@ -26,7 +26,7 @@ class AtPeak:
     bound_left: float | None = None
     """associative multiplier of what is left, where anything has fallen; None where nothing bounds it"""
     drawn_contacts: float | None = None
-    """highest multiplier that the wall, as it has moved, can bear without contacts that were not drawn, where they press"""
+    """highest multiplier that the wall, as it has moved, can bear without contacts not drawn, where such press"""
     increment: int = 0
     """number of the increment"""
 

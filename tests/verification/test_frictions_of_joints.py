@@ -44,7 +44,7 @@ def with_friction(blocks: list[Block], frictions: dict[tuple[int, int], list[flo
 def largest(
     assemblage: Assemblage, bodies: list[int] | None, size: float | None, way: float = 1.0, far: float = 0.1
 ) -> float:
-    """Return the largest load multiplier of a pushover along +x, or -x, to `far` m, of every stone or of bodies (n,)."""
+    """Return the largest load multiplier of a pushover along +x or -x to `far` m, of every stone or of bodies (n,)."""
     partition = partition_of(assemblage, np.array(bodies)) if bodies else one_body_per_block(assemblage)
     made = make_bodies(assemblage, partition)
     rows = pushover_increments(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from orchestrator.app.pushed import push
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import make_bodies
@@ -17,6 +18,8 @@ from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.path.curve import pushover_increments
+from orchestrator.pushover.settings import SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import nodal_loads
 from tests.support.paths import DATA
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
@@ -200,3 +203,14 @@ def test_a_small_stone_on_a_large_wall_overturns_under_its_own_load(width, unit)
     done = push(assemblage, analysis, one_body_per_block(assemblage), load)
     assert not done.complaints
     assert unit * done.capacity.peak_multiplier == pytest.approx(bears, rel=5e-3)
+
+
+def test_the_direction_of_a_live_load_may_have_any_length_but_not_be_upright():
+    """A block that slides at 0.3 of its weight does so whatever the length of the vector."""
+    assemblage = assemblage_of(stack((1.0, 0.5), friction=0.3))
+    bodies, short = make_bodies(assemblage, one_body_per_block(assemblage)), SteppingSettings(final_displacement=1e-3)
+    for way in ((1.0, 0.0), (-2.0, 0.0)):
+        rows = pushover_increments(bodies, MeshSettings(size=0.5), stepping=short, direction=way)
+        assert max(row.load_multiplier for row in rows) == pytest.approx(0.3, rel=1e-3)
+    with pytest.raises(CaseError, match=r"direction: .* has no horizontal part"):
+        next(pushover_increments(bodies, direction=(0.0, -1.0)))

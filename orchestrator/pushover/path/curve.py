@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from orchestrator.basis.errors import CaseError
 from orchestrator.basis.parallel import this_rank
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment
@@ -18,7 +19,7 @@ from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.solids.nodal_loads import own_weight
+from orchestrator.pushover.solids.nodal_loads import UPRIGHT_COSINE, own_weight
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
 
@@ -34,15 +35,18 @@ def pushover_increments(
 ) -> Iterator[Increment]:
     """Yield the increments: gravity, load control, displacement control, and motion between static states.
 
-    mesh: settings, or meshes of `mesh_bodies`. direction: unit vector into which the weight is turned as live load. A
-    body has one density, that of its stones in the mean. expected_multiplier: what limit analysis expects, the measure
-    of load increments; without it 0.3 x weight / horizontal load. Raises ConvergenceError when no further increment
-    converges, CollapseError when a large part of the wall has fallen; what was yielded stays valid.
+    mesh: settings, or meshes of `mesh_bodies`. direction: into which the weight is turned as live load, a vector of any
+    length. A body has one density, that of its stones in the mean. expected_multiplier: what limit analysis expects,
+    the measure of load increments; without it 0.3 x weight / horizontal load. Raises CaseError for an upright live
+    load, ConvergenceError when no further increment converges, CollapseError when a large part of the wall has fallen;
+    what was yielded stays valid.
     """
-    stepping, alone = stepping or SteppingSettings(), this_rank()
+    stepping, alone, size = stepping or SteppingSettings(), this_rank(), float(np.hypot(*direction))
+    if not abs(direction[0]) > UPRIGHT_COSINE * size:
+        raise CaseError("direction", f"{direction} has no horizontal part", "give the live load one, as (1.0, 0.0)")
     meshes = mesh if isinstance(mesh, BodyMeshes) else mesh_bodies(bodies, mesh or MeshSettings(), None)
     elastic, contact = elastic or ElasticSettings(), contact or ContactSettings()
-    loads = own_weight(meshes, np.array(direction))
+    loads = own_weight(meshes, np.array(direction) / size)
     model = build_model(bodies, meshes, elastic, contact, stepping.large_displacement, loads)
     with LinearSystem(model, alone) as system:
         expected = expected_multiplier or 0.3 * model.weight / model.horizontal_load

@@ -16,6 +16,8 @@ from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import Polyhedron, prism, reversed_faces, volume_of
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
+LEAST_CUT_STONE = 0.25
+"""Part of a stone that is left at the end of a row at least."""
 BOX_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 """corners of each face of a body of eight, all seen from outside or, of a mirrored body, all from inside"""
 
@@ -123,7 +125,8 @@ def barrel_vault(vault: Barrel, material: VaultMaterial) -> SpaceWall:
             (radius * math.cos(angle), radius * math.sin(angle))
             for radius, angle in _quadrilateral(vault.radius, vault.depth, start + row * step, step)
         ]
-        half = 0.5 * vault.stone if row % 2 and not fixed else 0.0
+        bonds = row % 2 and not fixed and vault.length > LEAST_CUT_STONE * vault.stone + 0.5 * vault.stone
+        half = 0.5 * vault.stone if bonds else 0.0
         for y0, y1 in _cut(vault.length, vault.length if fixed else vault.stone, half):
             axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, y1 - y0, 0.0]])
             body = prism(np.array(corners), np.array([0.0, y0, 0.0]), axes)
@@ -138,11 +141,11 @@ def _quadrilateral(radius: float, depth: float, start: float, step: float) -> Se
 
 
 def _cut(length: float, stone: float, half: float) -> list[tuple[float, float]]:
-    """Cut 0..length into stones, the first `half` long if that is given; the last one is at least half a stone."""
+    """Cut 0..length into stones, the first `half` long if that is given; the last one is at least LEAST_CUT_STONE."""
     cuts = [0.0] + [half] * bool(half)
     while cuts[-1] + 1.5 * stone < length + 1e-9 * stone:
         cuts.append(cuts[-1] + stone)
-    if length - cuts[-1] > 1.25 * stone:
+    if length - cuts[-1] > (1.0 + LEAST_CUT_STONE) * stone:
         cuts.append(cuts[-1] + stone)
     return [*zip(cuts, [*cuts[1:], length], strict=True)]
 

@@ -95,13 +95,13 @@ def wall_with_openings(plan: Plan, openings: Openings, stones: Stones) -> SpaceW
     plans: list[list[Run]] = []
     for course in range(plan.courses):
         along = bond[course % 2]
-        cuts = [along[0][0], *(x for _, x in along)]
+        cuts = [x for x, _ in along[:1]] + [x for _, x in along]
         holes: list[tuple[float, float]] = []
         if openings.sill <= course < lintel:
             holes = [(x, x + wide) for x in left]
         elif course == lintel:
             holes = [(x - reach, x + wide + reach) for x in left]
-        facade = _around(cuts, holes, length)
+        facade = _around(cuts, holes, length) if along else []
         if course == lintel:
             facade += holes
         sides = [0.0, end - t] if plan.returns else []

@@ -65,7 +65,8 @@ def _obj(file: Path) -> Iterator[tuple[FloatArray, Faces]]:
         for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
             word, *rest = line.split() or [""]
             if word == "v":
-                corners.append([float(value) for value in rest[:3]])
+                x, y, z = map(float, rest[:3])
+                corners.append([x, y, z])
             elif word in ("o", "g") and groups[-1]:
                 groups.append([])
             elif word == "f":
@@ -85,8 +86,10 @@ def _obj(file: Path) -> Iterator[tuple[FloatArray, Faces]]:
 
 def bodies_in(corners: FloatArray, faces: Faces) -> Iterator[Polyhedron]:
     """Yield the closed bodies of a mesh: corners merged, faces without area dropped, split where no edge connects, what
-    lies in one plane joined."""
+    lies in one plane joined. Raises CaseError (without the file) for corners that are no finite numbers."""
     used = np.unique(np.concatenate([np.array(face) for face in faces]))
+    if not np.isfinite(corners[used]).all():
+        raise CaseError("", "a corner is not three finite numbers", "export the mesh again")
     size = float(np.linalg.norm(np.ptp(corners[used], axis=0)))
     pairs = cKDTree(corners[used]).query_pairs(MERGED * size, output_type="ndarray")
     merged = connected_groups(len(used), *pairs.T)

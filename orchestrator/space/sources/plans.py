@@ -25,7 +25,7 @@ from orchestrator.masonry.sources.dxf_entities import DRAWN
 from orchestrator.space.sources.material import SpaceMaterial
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
-COURSES = re.compile(r"courses?[ _]*(\d+)(?:\s*-\s*(\d+))?(?:[ _]+h[ _]*([\d.]+))?", re.IGNORECASE)
+COURSES = re.compile(r"courses?[ _]*(\d{1,4})(?:\s*-\s*(\d{1,4}))?(?:[ _]+h[ _]*(\d+\.?\d*|\.\d+))?", re.IGNORECASE)
 SUPPORTS = "supports"
 """layer of the ground"""
 UNIT_CODES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0}
@@ -110,8 +110,15 @@ def _stacked(
 ) -> SpaceWall:
     """Return the stones of all courses, each as high as its courses."""
     heights: dict[int, float] = {}
-    for match in courses.values():
-        if match[3] and not match[2]:
+    for layer, match in courses.items():
+        if not 1 <= int(match[1]) <= int(match[2] or match[1]):
+            raise CaseError(
+                f"layer {layer!r}", "names no courses", "count from 1 at the foot upwards, as in courses 2-3"
+            )
+        if match[3] and match[2]:
+            problem = "says one height of several courses"
+            raise CaseError(f"layer {layer!r}", problem, 'name layers of one course for that, as in "course 2 h 250"')
+        if match[3]:
             heights[int(match[1])] = length * float(match[3])
     for key, value in [("--height", height), *((f"layer of course {k}", value) for k, value in heights.items())]:
         if value is not None and not value > 0.0:

@@ -287,6 +287,7 @@ def test_what_is_left_out_is_that_of_the_load_section(walls):
         (("-x mass", "a/b"), r"load\.cases\.1\.name: 'a/b' cannot name a folder"),
         (("-x mass", ".."), r"load\.cases\.1\.name: '\.\.' cannot name a folder"),
         (("-x mass", "figures"), r"load\.cases\.1\.name: 'figures' cannot name a folder"),
+        (("-x mass", "Report.html"), r"load\.cases\.1\.name: 'Report\.html' cannot name a folder"),
         (('direction = "-x"', 'direction = "x"'), r"load\.cases\.1\.direction: 'x' is not accepted"),
         (('direction = "-x"', 'distribution = "per_block"'), r"load\.cases\.1\.live: 0 given"),
     ],

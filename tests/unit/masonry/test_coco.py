@@ -125,7 +125,7 @@ def test_coco_masks_are_decoded(tmp_path, form):
 
 
 def test_a_mask_of_another_size_than_the_image_is_told(tmp_path):
-    """Masks of a smaller copy of the picture: `--scale` is of its pixels, or the wall has another size than is meant."""
+    """Masks of a smaller copy of the picture: `--scale` is of its pixels, or the wall is as much too small."""
     mask = np.zeros((90, 120), dtype=int)
     mask[20:60, 30:90] = 1
     whole, half = ({"size": list(one.shape), "counts": run_lengths(one == 1)} for one in (mask, mask[::2, ::2]))

@@ -181,6 +181,25 @@ def test_plans_lose_no_stone_in_silence(tmp_path, draw, options, message):
         read_file(path, {"height": "250 mm"} | options)
 
 
+@pytest.mark.parametrize(
+    ("layer", "message"),
+    [
+        ("course 0", "names no courses; count from 1"), ("courses 3-2", "names no courses; count from 1"),
+        ("courses 2-3 h 0.5", "says one height of several courses; name layers of one course for that"),
+    ],
+)  # fmt: skip
+def test_layers_of_courses_that_cannot_be(tmp_path, layer, message):
+    import ezdxf
+
+    document = ezdxf.new(units=6)
+    for one in ("course 1", layer):
+        ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+        document.modelspace().add_lwpolyline(ring, close=True, dxfattribs={"layer": one})
+    document.saveas(tmp_path / "plan.dxf")
+    with pytest.raises(CaseError, match=re.escape(f"layer {layer!r}: {message}")):
+        read_file(tmp_path / "plan.dxf", {"height": "250 mm"})
+
+
 def test_layers_that_are_no_courses_are_told(tmp_path):
     import ezdxf
 
@@ -194,9 +213,17 @@ def test_layers_that_are_no_courses_are_told(tmp_path):
     assert said == ["layer 'cours 2' is no course: 2 lines left out"]
 
 
+CUBE = (
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+    "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+)
+
+
 def test_a_file_that_is_none(tmp_path):
     for name, text, options in (
-        ("a.obj", "v 1 2\nf x", {"unit": "m"}), ("a.stl", "solid", {"unit": "m"}), ("a.step", "ISO", {}),
+        ("a.obj", "v 1 2\nf x", {"unit": "m"}), ("b.obj", CUBE.replace("v 1 0 0", "v 1 0"), {"unit": "m"}),
+        ("c.obj", CUBE.replace("v 1 0 0", "v 1e400 0 0"), {"unit": "m"}),
+        ("a.stl", "solid", {"unit": "m"}), ("a.step", "ISO", {}),
         ("a.dxf", "nothing", {"height": "1 m"}), ("a.json", '{"dtype": "x/Assembly"}', {"unit": "m"}),
     ):  # fmt: skip
         (tmp_path / name).write_text(text)
