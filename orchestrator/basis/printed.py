@@ -24,8 +24,10 @@ FORMS: dict[Figure, tuple[float, str]] = {
     "memory": (1e-6, ".0f"),
 }
 """factor from SI to -, kN, mm, m/s2, %, kN/mm, MPa, s or MB, and form of each kind of figure"""
+FIXED = ("multiplier", "limit multiplier", "weight")
+"""figures with as many decimals, however small they are"""
 LEAST_FIXED = 1e-2
-"""multiplier below which it is printed with four digits: its unit is what the user says, 1 kN or 1 MN"""
+"""below which these have four digits: the unit of a multiplier is what the user says, 1 kN or 1 MN"""
 FEW = 3
 """things that a complaint lists"""
 
@@ -35,7 +37,7 @@ def printed(figure: Figure, value: float | None) -> str:
     if value is None:
         return "–"
     factor, form = FORMS[figure]
-    if figure in ("multiplier", "limit multiplier") and 0.0 < abs(value) < LEAST_FIXED:
+    if figure in FIXED and 0.0 < abs(value * factor) < LEAST_FIXED:
         form = "#.4g"
     text = format(value * factor, form).removesuffix(".")
     return format(value * factor, ".0f") if "e+" in text else text

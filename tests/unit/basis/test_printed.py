@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.basis.printed import as_place
+from orchestrator.basis.printed import as_place, printed
 
 
 @pytest.mark.parametrize(
@@ -18,3 +18,10 @@ from orchestrator.basis.printed import as_place
 )
 def test_places_have_four_digits_and_millimetres_far_from_the_origin(place, said):
     assert as_place(*place) == said
+
+
+@pytest.mark.parametrize(
+    ("newtons", "said"), [(0.0045, "4.500e-06"), (12.0, "0.012"), (-0.5, "-0.0005000"), (0.0, "0.000")]
+)
+def test_a_small_weight_has_digits_of_its_own(newtons, said):
+    assert printed("weight", newtons) == said
