@@ -23,6 +23,6 @@ def test_a_barrel_vault_is_as_long_as_it_was_to_be(stone):
 def test_a_facade_that_is_all_corners_has_none_between_them():
     """Two returns, one thickness each, and no room for a stone of the facade in every other course."""
     stones = Stones(length=0.4, thickness=0.4)
-    wall = wall_with_openings(Plan(facade=2, returns=2, courses=4), Openings(openings=0), stones)
+    wall = wall_with_openings(Plan(facade=2, returns=2, courses=8), Openings(openings=0), stones)
     check_wall(wall)
     assert max(block.shape.vertices[:, 0].max() for block in wall.blocks if not block.fixed) == pytest.approx(0.8)
