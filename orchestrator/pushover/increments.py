@@ -187,7 +187,7 @@ def _row(increment: Increment) -> tuple[float, ...]:
     counted = np.bincount(increment.status[~np.isnan(increment.gap)], minlength=len(ContactStatus))
     return (
         increment.number,
-        increment.time,
+        0.0 if increment.phase == "gravity" else increment.time,
         increment.load_multiplier,
         increment.base_shear,
         increment.horizontal_load,

@@ -67,7 +67,7 @@ class SpaceAnalysis:
     @property
     def not_at_rest(self) -> float | None:
         """Multiplier at which a push had not come to rest, where the headline is a state that was closed elsewhere and
-        bears more by more than ONE_ANSWER: the wall may fail there; else None."""
+        bears more than one may where pushes ended (`_most`): the wall may fail there; else None."""
         headline = self.headline
         if headline is None or headline.name in PUSHES:
             return None

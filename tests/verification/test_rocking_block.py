@@ -45,6 +45,9 @@ def test_multiplier_of_a_rocking_block_falls_to_zero(width, height, direction):
     rocking = theta > 0.002
     error = np.abs(multiplier - np.tan(slenderness - theta))[rocking] / np.tan(slenderness)
     assert np.count_nonzero(rocking) > 15
+    time = result.curve.time_s
+    assert time[0] == 0.0, "the state under gravity is where the curve begins"
+    assert (np.diff(time) > 0.0).all()
     assert error.max() < 0.005
 
 
