@@ -30,6 +30,8 @@ PICTURES = (
     "bilinear", "verification", *(f"{model}_{moment}" for model in MODELS for moment in ("peak", "end")),
 )  # fmt: skip
 """all that commands draw into the figures of a run folder, as .png, most as .svg too"""
+OF_OTHERS = ("blocks", "checked", "settlement", "directions")
+"""those of them that `check` and `limit --settle` leave without a record, and limit analysis in space"""
 RECORD = "results.json"
 """what limit, segment, study and sensitivity name the files in that they leave (placing.py)"""
 
@@ -49,8 +51,9 @@ def clear(folder: Path, given: Iterable[Path] = ()) -> None:
 
 
 def files_of_a_run(folder: Path) -> list[Path]:
-    """Return what a run would write into its folder, but pictures of the wall, which `check` draws too."""
-    drawn = [folder / "figures" / f"{name}.{suffix}" for name in PICTURES[2:] for suffix in ("png", "svg")]
+    """Return what a run would write into its folder, but pictures that other commands leave there, too."""
+    names = [name for name in PICTURES if name not in OF_OTHERS]
+    drawn = [folder / "figures" / f"{name}.{suffix}" for name in names for suffix in ("png", "svg")]
     return [*(folder / name for name in RESULTS), *drawn]
 
 

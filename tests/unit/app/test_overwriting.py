@@ -44,6 +44,7 @@ def test_a_run_is_not_overwritten_unasked(tmp_path, capsys, recorded, left):
 
 def test_a_run_goes_beside_the_pictures_of_check(tmp_path, recorded):
     assert cli.main(["check", TOWER, "--output", str(tmp_path)]) == 0
+    assert cli.main(["limit", TOWER, "--settle", "0", "--output", str(tmp_path)]) == 0
     assert cli.main(["run", TOWER, "--output", str(tmp_path), "-q"]) == 0
     assert recorded == [tmp_path]
 
