@@ -72,7 +72,7 @@ def run(
     """
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in load_cases.each(case).items()]
     folders = (output, *(one.folder for one in runs))
-    with on_root_while(comm, storage.held(*folders, force=resume or force, runs=True)):
+    with on_root_while(comm, storage.held(*folders, force=resume or force, run_of=(case.file, case.block_file))):
         assemblage = on_root(comm, load_cases.refuse_run, case)
         on_root(comm, load_cases.refuse_folders, case, output, resume)
         if comm is not None and comm.size > 1:

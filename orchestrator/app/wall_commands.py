@@ -158,7 +158,10 @@ def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, con
         console.print(remark, soft_wrap=True)
     if case.load.several:
         return _run_load_cases(options, case, output, comm, console)
-    with on_root_while(comm, storage.held(output, force=force, runs=True)), Reporter(console) as report:
+    with (
+        on_root_while(comm, storage.held(output, force=force, run_of=(case.file, case.block_file))),
+        Reporter(console) as report,
+    ):
         outcome = driver.run(case, output, options.resume, comm, report)
     assert outcome.summary is not None, "a run without any curve raises"
     console.print(tables.run_table(outcome.summary))

@@ -48,16 +48,18 @@ class Source:
 
 
 @contextmanager
-def held(*folders: Path, force: bool, runs: bool = False) -> Iterator[None]:
+def held(*folders: Path, force: bool, run_of: Iterable[Path] | None = None) -> Iterator[None]:
     """Hold folders for this process alone. Raises CaseError where another one does, and, unless by `force`, where one
     has the results of a run or study: nobody writes them between the question and the end.
 
-    runs: a run writes there as it goes on, so that files which no command has left whole are refused before.
+    run_of: what a run reads, which writes there as it goes on: these files, and those that no command has left whole,
+    are refused before.
     """
     with locked(*folders):
         for folder in () if force else folders:
-            refuse_overwriting_run(folder, resumable=runs)
-            if runs:
+            refuse_overwriting_run(folder, resumable=run_of is not None)
+            if run_of is not None:
+                refuse_input(files_of_a_run(folder), run_of)
                 _refuse_foreign(files_of_a_run(folder), (folder.parent, *folders), "go on with --resume, ")
         yield
 

@@ -17,7 +17,7 @@ from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import volumes
 from orchestrator.pushover.model import ContactModel, displaced
 from orchestrator.pushover.path.increment_record import at_rest, of_all_nodes
-from orchestrator.pushover.path.stepping import RESTED
+from orchestrator.pushover.path.stepping import GAVE_WAY, RESTED
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from tests.support.paths import DATA
 from tests.support.pushover_chain import Run, model_of, run, stack
@@ -147,7 +147,7 @@ def test_energies_of_the_increments(name, large_displacement):
     result = pushed(name, large_displacement)
     work, friction, other = external_work(result), friction_work(result), other_work(result, WALLS[name][1])
     for number, increment in enumerate(result.increments[1:], start=1):
-        if any(attempt.action == RESTED for attempt in increment.attempts):
+        if any(attempt.action in (RESTED, GAVE_WAY) for attempt in increment.attempts):
             break  # what happens within a motion that rests is not stored
         stored = strain_energy(result, increment) + slip_energy(result, increment)
         assert increment.internal_energy == pytest.approx(stored, rel=2e-3)
