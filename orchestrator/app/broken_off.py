@@ -57,7 +57,7 @@ def place(last: Increment | None) -> str:
 def _fastest(contact_model: ContactModel, last: Increment) -> str:
     """Return the body that moves most in an increment, and where it lies."""
     meshes = contact_model.meshes
-    body = int(meshes.body_of_node[np.linalg.norm(last.change, axis=1).argmax()])
+    body = int(meshes.body_of_node[np.linalg.norm(last.change[: len(meshes.nodes)], axis=1).argmax()])
     x, y = meshes.nodes[meshes.body_of_node == body, :2].mean(axis=0)
     return f"{contact_model.body_names[body]} at {as_place(x, y)} m"
 

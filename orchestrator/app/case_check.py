@@ -11,7 +11,7 @@ from rich.table import Table
 
 from orchestrator.app import load_cases
 from orchestrator.app.terminal import shown
-from orchestrator.basis.printed import counted
+from orchestrator.basis.printed import counted, printed
 from orchestrator.present.report import write_given
 from orchestrator.present.weights import way_of
 from orchestrator.settings.case import Case
@@ -135,4 +135,4 @@ def plain_table(title: str, columns: tuple[str, ...]) -> Table:
 
 def kilonewtons(force: float) -> str:
     """Return a force as tables show it."""
-    return f"{force / 1e3:.3f}"
+    return printed("weight", force)

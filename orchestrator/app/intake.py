@@ -241,6 +241,7 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
     if suffix in ROWS:
         _refuse(options, f"states everything itself: change it in {path.name}")
         wall = read_rows(path)
+        check_blocks(wall, 0.0)
         return wall, [*uneven_courses(wall), *implausible(wall)]
     if suffix in BLOCK_FILES and not holds_annotations(path):
         healing = _settings(HealingSettings, options) if {"tolerance", "mortar"} & options.keys() else None

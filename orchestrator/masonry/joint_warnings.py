@@ -92,9 +92,9 @@ def idle_classes(assemblage: Assemblage, classes: Sequence[JointClass]) -> list[
 
 def strengths_beyond_the_cone(assemblage: Assemblage, classes: Sequence[JointClass]) -> list[str]:
     """Return a warning of every class whose tensile strength is more than cohesion over friction in some joint."""
-    said = []
-    for number, one in enumerate(classes):
-        here = fitting(assemblage, one)
+    said, fits = [], [fitting(assemblage, one) for one in classes]
+    for number, (one, fit) in enumerate(zip(classes, fits, strict=True)):
+        here = fit & ~_replaced("tensile_strength", classes, fits, number)
         least = float(assemblage.joints.tensile_strength[here].min(initial=np.inf))
         if one.tensile_strength is not None and least < (1.0 - ROUNDING) * one.tensile_strength:
             given, counts = (f"{printed('stress', stress)} MPa" for stress in (one.tensile_strength, least))
@@ -106,7 +106,11 @@ def strengths_beyond_the_cone(assemblage: Assemblage, classes: Sequence[JointCla
 
 
 def _replaced(name: str, classes: Sequence[JointClass], fits: Sequence[BoolArray], number: int) -> BoolArray:
-    """Return in which joints (k,) classes after one of a number give its value `name` anew."""
+    """Return in which joints (k,) classes after one of a number give its value `name` anew; of a thickness, all that it
+    gives by it."""
+    if name == "mortar_thickness":
+        own = [_replaced(modulus, classes, fits, number) for modulus in values_of(classes[number]) if modulus in MODULI]
+        return np.all([np.ones_like(fits[number]), *own], axis=0) if own else np.zeros_like(fits[number])
     value, after = MODULI.get(name, name), range(number + 1, len(classes))
     later = [fits[k] for k in after if value in {MODULI.get(given, given) for given in values_of(classes[k])}]
     return np.any([np.zeros_like(fits[number]), *later], axis=0)

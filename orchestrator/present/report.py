@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from orchestrator import storage
-from orchestrator.assessment.capacity import Capacity, find_capacity
+from orchestrator.assessment.capacity import Capacity
 from orchestrator.assessment.seismic.observed import StoredPushover
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import naming
@@ -258,6 +258,11 @@ def _refused(pushed: storage.PushoverSummary, capacity: Capacity, stopped: str) 
     return ""
 
 
+def _capacity_of(pushed: storage.PushoverSummary) -> Capacity:
+    """Return the capacity that a run has found, which asks of more than its curve whether there is a peak."""
+    return Capacity(**{one.name: getattr(pushed, one.name) for one in fields(Capacity)})
+
+
 def model_labels(bodies: int) -> dict[str, str]:
     """Return what the models are called in pictures of their curves; bodies: how many macroblocks there are."""
     counted = "1 body" if bodies == 1 else f"{bodies} bodies"
@@ -303,7 +308,7 @@ def rebuild(run: Path) -> Path:
     for model in stored.models:
         drawn = (wall, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid)
         draw_moments(model.store, stored.case, model.name, *drawn)
-    capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
+    capacities = {model.name: (model.curve, _capacity_of(model.summary)) for model in stored.models}
     reasons = storage.reasons([model.summary for model in stored.models])
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons, language)
     results = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, stored.summary.pushover)

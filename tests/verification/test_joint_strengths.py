@@ -16,8 +16,9 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.remarks import BONDED, CRUSHING, NO_PATH
 from orchestrator.loads import LoadSettings, loads_on
-from orchestrator.masonry.joint_warnings import strengths_beyond_the_cone
+from orchestrator.masonry.joint_warnings import idle_classes, strengths_beyond_the_cone
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
+from orchestrator.masonry.wall import Block, Wall
 from tests.support.limit_analysis_cases import analysed, answers, assemblage_of, box, case, mirrored
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
@@ -45,6 +46,30 @@ def multipliers(assemblage, loads=None):
         assert state.yield_residual < 1e-9
         assert state.power_residual < 1e-7
     return np.array([state.load_multiplier for state in (found.associative, found.sequence, found.headline)])
+
+
+def test_what_a_later_class_gives_is_no_strength_beyond_the_cone():
+    """The earlier class reaches its strength in the bed, the later one gives less in the joint beside the block."""
+    blocks = (
+        Block(0, np.array(FLOOR), True, 20e3),
+        *(Block(k, np.array(box(k, 0, 1, 1)), False, 20e3) for k in (1, 2)),
+    )
+    classes = (JointClass(cohesion=1e5, tensile_strength=1e5), JointClass(orientation="head", tensile_strength=5e4))
+    assemblage = find_joints(Wall("two", blocks, 0.3, 0.5), JointSettings(classes=classes))
+    assert sorted(assemblage.joints.tensile_strength) == [5e4, 1e5, 1e5]
+    assert strengths_beyond_the_cone(assemblage, classes) == []
+
+
+def test_the_thickness_of_mortar_is_used_where_a_modulus_of_its_class_is():
+    """The later class gives another modulus with a thickness of its own, or the stiffness itself."""
+    blocks = (Block(0, np.array(FLOOR), True, 20e3), Block(1, np.array(box(0, 0, 1, 1)), False, 20e3))
+    first = JointClass(mortar_modulus=1e9, mortar_thickness=0.01)
+    shear = (first, JointClass(mortar_shear_modulus=4e8, mortar_thickness=0.02))
+    assemblage = find_joints(Wall("one", blocks, 0.3, 0.5), JointSettings(classes=shear))
+    assert (*assemblage.joints.normal_stiffness, *assemblage.joints.shear_stiffness) == pytest.approx((1e11, 2e10))
+    assert idle_classes(assemblage, shear) == []
+    (said,) = idle_classes(assemblage, (first, JointClass(normal_stiffness=4e8)))
+    assert said.endswith("not used: mortar_modulus, mortar_thickness")
 
 
 @pytest.mark.parametrize("direction", ["+x", "-x"])

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.assessment.panels import cut, piers
+from orchestrator.assessment.panels import DRAWN_OPEN, Panel, cut, piers
 from orchestrator.assessment.seismic.settings import LimitStateName, SeismicSettings
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.loads import DeadLoad, Loads, LoadSettings
 from orchestrator.loads.dead_loads import top_of
 from orchestrator.macroblocks.bodies import Bodies
@@ -78,11 +78,12 @@ def drifting_piers(
     drifting = []
     for panel in piers(wall):
         foot, top = cut(assemblage, panel, panel.bottom), cut(assemblage, panel, panel.top)
-        if set(top.lower) == set(foot.lower):
-            lowest = min(float(wall.blocks[block].polygon[:, 1].min()) for block in top.lower)
-            foot = cut(assemblage, panel, lowest)
-        under, head = (np.setdiff1d(section.lower, list(fallen)) for section in (foot, top))
-        if not len(under) or not len(head) or set(under) == set(head):
+        over = top.lower
+        if set(over) == set(foot.lower):  # no joint between the two
+            over = _crossed(wall, panel)
+            foot = cut(assemblage, panel, min(float(wall.blocks[block].polygon[:, 1].min()) for block in over))
+        under, head = (np.setdiff1d(blocks, list(fallen)) for blocks in (foot.lower, over))
+        if not len(under) or not len(head):
             continue
         height = _level(wall, head) - _level(wall, under)
         friction, half = float(assemblage.joints.friction[foot.joints].min()), 0.5 * height
@@ -96,6 +97,15 @@ def drifting_piers(
     height, width = _level(wall, control_blocks) - base, float(np.ptp(ends))
     friction, acts_at = float(assemblage.joints.friction[standing].min()), _height_of_load(wall, loads, base)
     return (DriftingPier("whole wall", (), control_blocks, height, width, height, acts_at, friction),)
+
+
+def _crossed(wall: Wall, panel: Panel) -> IntArray:
+    """Return the free blocks (positions) that the line through the middle of a pier crosses."""
+    boxes = np.array([[block.polygon.min(axis=0), block.polygon.max(axis=0)] for block in wall.blocks])
+    low, high, middle = boxes[:, 0], boxes[:, 1], 0.5 * (panel.bottom + panel.top)
+    beside = (np.minimum(high[:, 0], panel.right) - np.maximum(low[:, 0], panel.left)) > DRAWN_OPEN * panel.depth
+    free = np.array([not block.fixed for block in wall.blocks])
+    return np.flatnonzero(free & beside & (low[:, 1] < middle) & (middle < high[:, 1]))
 
 
 def _height_of_load(wall: Wall, loads: Loads, base: float) -> float:

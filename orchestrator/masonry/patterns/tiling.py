@@ -147,7 +147,7 @@ def _without_short_edges(rings: list[Ring], corner: FloatArray, lines: list[set[
     while True:
         edges = {(min(edge), max(edge)) for ring in rings for edge in _edges(ring)} - refused
         short = [(float(np.linalg.norm(corner[a] - corner[b])), a, b) for a, b in edges]
-        length, a, b = min(short)
+        length, a, b = min(short, default=(shortest, 0, 0))
         if length >= shortest:
             return rings
         if lines[a] < lines[b]:

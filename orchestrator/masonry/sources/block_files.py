@@ -115,7 +115,7 @@ def _mortar(rows: Any, known: set[int], length: float) -> tuple[MortarGap, ...]:
     example = "write [[1, 2, 0.01]]: two blocks that exist, and what was between them"
     if not isinstance(rows, list):
         raise CaseError("mortar", "is not a list", example)
-    gaps = []
+    gaps = list[MortarGap]()
     for number, row in enumerate(rows):
         if (
             not isinstance(row, list)
@@ -127,7 +127,10 @@ def _mortar(rows: Any, known: set[int], length: float) -> tuple[MortarGap, ...]:
         thickness = number_in(dict(thickness=row[2]), "thickness", f"mortar[{number}].") * length
         if thickness <= 0:
             raise CaseError(f"mortar[{number}].thickness", f"{row[2]:g} is not above 0", example)
-        gaps.append(MortarGap(row[0], row[1], thickness))
+        i, j = sorted(row[:2])
+        if any((one.i, one.j) == (i, j) for one in gaps):
+            raise CaseError(f"mortar[{number}]", f"blocks {i} and {j} are given twice", "give every pair once")
+        gaps.append(MortarGap(i, j, thickness))
     return tuple(gaps)
 
 

@@ -66,8 +66,10 @@ class Network:
 
 
 def is_chosen(name: str, patterns: str) -> bool:
-    """Return whether the name of a layer, group or category fits one of the patterns, whatever the case."""
-    return any(fnmatchcase(name.lower(), pattern.strip()) for pattern in patterns.lower().split(","))
+    """Return whether the name of a layer, group or category fits one of the patterns, whatever the case; brackets stand
+    for themselves."""
+    wanted = (pattern.strip().replace("[", "[[]") for pattern in patterns.lower().split(","))
+    return any(fnmatchcase(name.lower(), pattern) for pattern in wanted)
 
 
 def drawing_of(

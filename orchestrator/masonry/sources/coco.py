@@ -98,7 +98,9 @@ def _shapes(record: dict[str, Any]) -> tuple[list[Shape], list[str]]:
         names = ", ".join(str(row.get("file_name", row.get("id")))[:40] for row in images[:5])
         problem = f"{len(images)} images have annotations" + f" ({names})" * bool(images)
         raise CaseError("images", problem, "save the annotations of one image")
-    rows = [(k, row) for k, row in enumerate(record["annotations"]) if str(row.get("image_id")) == str(images[0]["id"])]
+    rows = [
+        (k, row) for k, row in enumerate(record["annotations"]) if str(row.get("image_id")) == str(images[0].get("id"))
+    ]
     categories = record.get("categories", [])
     if not isinstance(categories, list) or not all(isinstance(row, dict) for row in categories):
         raise CaseError("categories", "is not a list of objects", "save it as COCO JSON, object detection")

@@ -38,6 +38,8 @@ HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.91
 """m by the header's $INSUNITS: inch, foot, mm, cm, m, km, yard, dm, US survey foot (DXF reference, HEADER section)"""
 LARGEST_FILE = 100_000_000
 """bytes"""
+MOST_STRETCHED = 1e4
+"""axis of an ellipse over the other one, beyond which flattening it takes all memory"""
 LARGEST_ENTITIES = 2 * LARGEST_COUNT
 """in the drawing with its block references expanded, at most"""
 DEEPEST_NESTING = 50
@@ -162,6 +164,10 @@ def _paths(seen: Seen) -> Iterator[tuple[Any, bool]]:
     if seen.kind == "SPLINE":
         yield seen.entity, True
         return
+    if seen.kind == "ELLIPSE" and not 1.0 / MOST_STRETCHED <= abs(seen.entity.dxf.ratio) <= MOST_STRETCHED:
+        raise CaseError(
+            f"layer {seen.layer!r}", f"an ellipse has a ratio of {seen.entity.dxf.ratio:g}", "draw it again"
+        )
     paths = from_hatch(seen.entity) if seen.kind in ("HATCH", "MPOLYGON") else [make_path(seen.entity)]
     yield from ((path, path.has_curves) for path in paths)
 

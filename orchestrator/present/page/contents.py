@@ -17,6 +17,7 @@ from orchestrator.basis.errors import ResultError
 from orchestrator.basis.units import FACTORS, QUANTITY, quantity
 from orchestrator.loads import LoadSettings
 from orchestrator.masonry.block_properties import block_areas, block_weights
+from orchestrator.masonry.joints import is_bed
 from orchestrator.present.page.collapse import collapse
 from orchestrator.present.page.damage import Damage, damage_sequence
 from orchestrator.present.page.practice import practice_contents
@@ -229,13 +230,12 @@ def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any
     joint, wall = int(model.bodies.joint[damage.interface]), run.assemblage.wall
     ends = run.assemblage.joints.start[joint], run.assemblage.joints.end[joint]
     ids = [wall.blocks[int(side[joint])].id for side in (run.assemblage.joints.i, run.assemblage.joints.j)]
-    chord = np.abs(ends[1] - ends[0])
     return {
         "damage": damage,
         "joint": joint,
         "blocks": sorted(ids),
         "position": 0.5 * (ends[0] + ends[1]),
-        "type": "bed" if chord[0] >= chord[1] else "head",
+        "type": "bed" if is_bed(run.assemblage.joints)[joint] else "head",
     }
 
 

@@ -194,7 +194,7 @@ def rigid_pushover(analysis: LimitAnalysis) -> Figure:
     axes = figure.add_subplot()
     moved, multiplier = analysis.rigid_curve.T
     peak = printed("multiplier", float(multiplier.max()))
-    force = multiplier * _kilonewtons(analysis)
+    force = multiplier * load_in_kilonewtons(analysis)
     axes.plot(1e3 * moved, force, color=BLUE, linewidth=1.8, label=f"rigid blocks: λ = {peak} at most")
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
@@ -320,7 +320,7 @@ def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
     return lambda values: np.asarray(values) * factor
 
 
-def _kilonewtons(analysis: LimitAnalysis) -> float:
+def load_in_kilonewtons(analysis: LimitAnalysis) -> float:
     """Return the base shear at a multiplier of 1, or the live load where none of it is horizontal, in kN."""
     upright = analysis.upright_load
     return (analysis.headline.horizontal_load if upright is None else abs(upright)) / 1e3
@@ -328,7 +328,7 @@ def _kilonewtons(analysis: LimitAnalysis) -> float:
 
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     """Draw the multipliers of micro limit analysis as base shear or upright live load in kN."""
-    kilonewtons = _kilonewtons(analysis)
+    kilonewtons = load_in_kilonewtons(analysis)
     associative, headline = analysis.bound, analysis.headline
     which = "" if analysis.associative_left is None else " (without loose stones)"
     said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"

@@ -19,6 +19,7 @@ from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitSt
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
+from orchestrator.present.joint_pieces import shown_displacement
 from orchestrator.present.plots.canvas import (
     BLUE,
     GREEN,
@@ -31,7 +32,13 @@ from orchestrator.present.plots.canvas import (
     label_of,
     stamp_not_valid,
 )
-from orchestrator.present.plots.pushover_pictures import DRAWN_DISPLACEMENT, draw_limit_analysis, outline, shown_from
+from orchestrator.present.plots.pushover_pictures import (
+    DRAWN_DISPLACEMENT,
+    draw_limit_analysis,
+    load_in_kilonewtons,
+    outline,
+    shown_from,
+)
 from orchestrator.present.plots.wall_pictures import body_colours, displaced_blocks
 from orchestrator.present.plots.words import legend_below, write_legend, write_title
 from orchestrator.pushover.increments import Increment, PushoverCurve
@@ -86,7 +93,7 @@ def deformed_panel(
     """Return the bodies, displaced as in `increment` (None: as they stand) times one factor, neighbours in colours."""
     moved = meshes.nodes[:, :2]
     if increment is not None:
-        plane = increment.displacement[:, :2]
+        plane = shown_displacement(meshes, increment)
         factor = DRAWN_DISPLACEMENT * float(np.ptp(meshes.nodes[:, 1])) / float(np.linalg.norm(plane, axis=1).max())
         moved = moved + factor * plane
     every_stone = not len(partition.vanished_joints)
@@ -141,7 +148,7 @@ def study_curves(
     axes.set_ylabel("base shear (kN)")
     drawn = [curve for _, curve in models] + ([] if micro is None else [micro])
     axes.set_xlim(left=min(map(shown_from, drawn), default=0.0))
-    largest = CUT * analysis.associative.load_multiplier * analysis.weight / 1e3
+    largest = CUT * analysis.bound.load_multiplier * load_in_kilonewtons(analysis)
     cut = axes.get_ylim()[1] > largest
     axes.set_ylim(0.0, min(axes.get_ylim()[1], largest))
     axes.grid(color="#dddddd", linewidth=0.6)

@@ -27,6 +27,7 @@ BLOCK_FILES = {
         "not on one line",
     ),
     "mortar in a block": (changed(["mortar"], [[1, 1, 0.01]]), "mortar[0]", "[[1, 2, 0.01]]"),
+    "mortar twice": (changed(["mortar"], [[1, 2, 0.01], [2, 1, 0.02]]), "mortar[1]", "give every pair once"),
     "list for a name": (changed(["name"], ["a"]), "name", "write a text"),
     "control character in a name": (changed(["name"], "a\x1b[31m"), "name", "leave it out"),
     "two corners": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1]]), "block 1.polygon", "three corners"),

@@ -202,6 +202,15 @@ def test_what_is_no_coco_file(tmp_path, text):
     assert not holds_annotations(tmp_path / "wall.json") or '"annotations"' in text
 
 
+def test_an_image_and_its_annotations_may_be_without_ids(tmp_path):
+    path = annotated(tmp_path, [[flat(STONES[0])]])
+    record = json.loads(path.read_text())
+    for row in (*record["images"], *record["annotations"]):
+        row.pop("id", None), row.pop("image_id", None)
+    path.write_text(json.dumps(record))
+    assert len(read_coco(path, Layers(), CocoSettings(0.01)).stones) == 1
+
+
 def test_coco_of_several_images_is_refused_unless_one_has_annotations(tmp_path):
     images = [{"id": 7, "width": 9, "height": 9}, {"id": 8, "file_name": "b.jpg"}]
     path = annotated(tmp_path, [[flat(stone)] for stone in STONES], images=images)

@@ -209,3 +209,16 @@ def test_a_reference_on_a_layer_that_is_off_shows_what_is_on_others(tmp_path):
         space.add_blockref("INNER", (0, 0), dxfattribs={"layer": "plan"})
 
     assert len(imported(tmp_path / "wall.dxf", switched)[0]) == 4
+
+
+def test_an_ellipse_of_a_ratio_without_sense_is_refused(tmp_path):
+    """Flattened it would take all memory."""
+    document = ezdxf.new("R2000", setup=True)
+    document.header["$INSUNITS"] = MILLIMETRES
+    document.modelspace().add_ellipse((0, 0), (100, 0), ratio=0.5, dxfattribs=ON)
+    path = tmp_path / "ellipse.dxf"
+    document.saveas(path)
+    before, name, after = path.read_text().rpartition("AcDbEllipse")
+    path.write_text(before + name + after.replace("\n 40\n0.5\n", "\n 40\n1e300\n", 1))
+    with pytest.raises(CaseError, match=r"layer 'blocks': an ellipse has a ratio of 1e\+300"):
+        import_wall(path, {"thickness": "0.3 m", "ground": "0.2 m", "friction": "0.6"})

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.joint_warnings import short_contacts
-from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints, is_bed
+from orchestrator.masonry.joints import JointClass, JointSettings, check_assemblage, find_joints, is_bed
 from orchestrator.masonry.sources.block_files import read_blocks, wall_from
 from orchestrator.masonry.wall import Block, Wall, check_wall
 from tests.support.paths import DATA, PROJECT
+from tests.support.walls import between
 
 FILES = [*sorted((DATA).glob("*.json")), PROJECT / "meshes" / "ferris_tinloi_wall6.json"]
 
@@ -182,3 +183,14 @@ def test_no_drawing_gets_further_than_a_case_error_or_joints_of_finite_length(co
         except CaseError as error:
             said = str(error)
     assert "\n" not in said
+
+
+def test_the_mortar_between_two_blocks_is_found_whichever_is_named_first():
+    """Two stones side by side on the ground, all of mortar of 1 GPa, 10 mm thick."""
+    boxes = {0: (-1, -0.2, 3, 0), 1: (0, 0, 1, 0.5), 2: (1, 0, 2, 0.5)}
+    blocks = [{"id": k, "polygon": between(*box).tolist(), "fixed": k == 0} for k, box in boxes.items()]
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "unit_weight": 20, "friction": 0.5}
+    for pair in ([1, 2], [2, 1]):
+        wall = wall_from(record | {"blocks": blocks, "mortar": [[0, 1, 0.01], [2, 0, 0.01], [*pair, 0.01]]}, "wall")
+        found = find_joints(wall, JointSettings(classes=(JointClass(mortar_modulus=1e9),))).joints
+        assert found.normal_stiffness == pytest.approx([1e11, 1e11, 1e11])

@@ -10,6 +10,7 @@ from skimage.io import imsave
 
 from orchestrator.app.intake import import_wall
 from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.sources.closed_outlines import is_chosen
 from tests.support.drawings import MILLIMETRES
 from tests.support.walls import between
 
@@ -70,3 +71,9 @@ def test_pixels_too_coarse_for_joints_are_refused_by_the_option_s_name(tmp_path,
     imsave(tmp_path / "wall.png", picture, check_contrast=False)
     with pytest.raises(CaseError, match=r"--scale: a pixel of .* is too coarse for joints; give at most \"33 mm\""):
         import_wall(tmp_path / "wall.png", MATERIAL | {"scale": scale, "ground": "0.2 m"})
+
+
+def test_brackets_in_the_names_of_layers_stand_for_themselves():
+    assert is_chosen("stones [old]", "blocks, stones [old]")
+    assert is_chosen("Stones 12", "stones *")
+    assert not is_chosen("stones o", "stones [old]")

@@ -327,3 +327,9 @@ def test_a_pattern_of_nothing_is_refused_in_one_line(make, key):
 
 def test_a_pattern_takes_texts_with_units():
     assert Rubble("180 cm", 1.6).length == pytest.approx(1.8)
+
+
+def test_rubble_smaller_than_its_shortest_edge_is_one_of_few_stones():
+    wall = rubble(Rubble(0.01, 0.01))
+    check_wall(wall)
+    assert len(wall.blocks) >= 2

@@ -83,3 +83,10 @@ def test_row_notation_that_cannot_be_read(old, new, complaint):
 def test_courses_of_openings_alone_are_refused():
     with pytest.raises(CaseError, match="courses: they hold openings only; write the width of a block without a minus"):
         parse_rows(ROWS.partition("175:")[0] + "175: -400 -200", "void")
+
+
+def test_a_width_that_is_lost_in_rounding_is_refused(tmp_path):
+    path = tmp_path / "thin.txt"
+    path.write_text(ROWS.replace("175: 200", "175: 1e-300 200", 1))
+    with pytest.raises(CaseError, match=r"thin\.txt: block \d+: "):
+        import_wall(path, {})

@@ -13,10 +13,11 @@ from orchestrator.masonry.wall import Block, Wall
 from tests.support.limit_analysis_cases import FLOOR, box
 
 
-def test_a_post_of_one_stone_drifts_over_its_own_height():
-    """Two posts 3 m high under a lintel, a parapet of 1.6 m between them: the opening begins above their middles, and
-    no joint cuts them at its sill."""
-    outlines = [box(0, 0, 0.5, 3), box(2.5, 0, 0.5, 3), box(0.5, 0, 2, 1.6), box(0, 3, 3, 0.4)]
+@pytest.mark.parametrize("between", [(0, 1.6), (1.2, 1.8)])
+def test_a_post_of_one_stone_drifts_over_its_own_height(between):
+    """Two posts 3 m high under a lintel, a parapet of 1.6 m between them, or a panel above a door of 1.2 m: the opening
+    is above their middles, or below, and no joint cuts them."""
+    outlines = [box(0, 0, 0.5, 3), box(2.5, 0, 0.5, 3), box(0.5, between[0], 2, between[1]), box(0, 3, 3, 0.4)]
     stones = [Block(k, np.array(outline), False, 20e3) for k, outline in enumerate(outlines, 1)]
     assemblage = find_joints(Wall("posts", (Block(0, np.array(FLOOR), True, 20e3), *stones), 0.3, 0.6), JointSettings())
     found = drifting_piers(assemblage, (4,), loads_on(assemblage.wall))
