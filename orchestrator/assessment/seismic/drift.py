@@ -81,7 +81,8 @@ def drifting_piers(
         over = top.lower
         if set(over) == set(foot.lower):  # no joint between the two
             over = _crossed(wall, panel)
-            foot = cut(assemblage, panel, min(float(wall.blocks[block].polygon[:, 1].min()) for block in over))
+            stands = min((float(wall.blocks[block].polygon[:, 1].min()) for block in over), default=panel.bottom)
+            foot = cut(assemblage, panel, stands)
         under, head = (np.setdiff1d(blocks, list(fallen)) for blocks in (foot.lower, over))
         if not len(under) or not len(head):
             continue
