@@ -42,15 +42,14 @@ def phrases(language: Language) -> Callable[[str], str]:
             return table()[text][column]
         if NUMBER.fullmatch(text):
             return in_language(text, language)
-        things, english = text.split(", "), _phrase_of(text)
+        things, found = text.split(", "), _phrase_of(text)
         if len(things) > 1 and len(_words_of(things[0])) >= len(_words_of(text)):
             told = [say(thing) for thing in things]
             if all(new != old for new, old in zip(told, things, strict=True)):
                 return ", ".join(told)
-        if english is None:
+        if found is None:
             return text
-        filled = _filled(english).fullmatch(text)
-        assert filled is not None
+        english, filled = found
         return table()[english][column].format(**{name: say(part) for name, part in filled.groupdict().items()})
 
     return say
@@ -61,14 +60,16 @@ def in_language(text: str, language: Language) -> str:
     return text if language == "en" else re.sub(r"(?<=\d)\.(?=\d)", ",", text)
 
 
-def _phrase_of(text: str) -> str | None:
-    """Return the phrase with places that a finished text fits, of several the one with most words of its own."""
-    return next((english for fits, english in _with_places() if fits.fullmatch(text)), None)
+def _phrase_of(text: str) -> tuple[str, re.Match[str]] | None:
+    """Return the phrase with places that a finished text fits, of several the one with most words of its own, and what
+    stands in its places."""
+    return next(((english, filled) for fits, english in _with_places() if (filled := fits.fullmatch(text))), None)
 
 
 def _words_of(text: str) -> str:
     """Return the words that are the phrase's own in a finished text."""
-    return text if text in table() else re.sub(r"{\w+}", "", _phrase_of(text) or "")
+    found = _phrase_of(text)
+    return text if text in table() else re.sub(r"{\w+}", "", found[0] if found else "")
 
 
 @cache
@@ -79,7 +80,6 @@ def _with_places() -> list[tuple[re.Pattern[str], str]]:
     return [(_filled(english), english) for english in sorted(phrases, key=lambda english: -own[english])]
 
 
-@cache
 def _filled(english: str) -> re.Pattern[str]:
     """Return what a phrase looks like when something stands in each of its places."""
     parts = re.split(r"{(\w+)}", english)

@@ -31,7 +31,7 @@ PICTURES = (
 )  # fmt: skip
 """all that commands draw into the figures of a run folder, as .png, most as .svg too"""
 OF_OTHERS = ("blocks", "checked", "settlement", "directions")
-"""those of them that `check` and `limit --settle` leave without a record, and limit analysis in space"""
+"""those of them that others draw, without a record or in space: none of these keeps a run from its folder"""
 RECORD = "results.json"
 """what limit, segment, study and sensitivity name the files in that they leave (placing.py)"""
 

@@ -26,7 +26,7 @@ class AtPeak:
     bound_left: float | None = None
     """associative multiplier of what is left, where anything has fallen; None where nothing bounds it"""
     drawn_contacts: float | None = None
-    """highest multiplier that the wall, as it has moved, can bear without contacts not drawn, where such press"""
+    """highest multiplier that it bears, as it has moved, without contacts not drawn (closed gaps), where they press"""
     increment: int = 0
     """number of the increment"""
 

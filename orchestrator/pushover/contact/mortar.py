@@ -8,8 +8,8 @@ is
 
 so that G takes the place of the gap in Newton's method, with a third state besides open and closed. The force of a
 crushing contact is given, its closing is what is sought: w_n + max(-G, 0). Without mortar k_n and f_c are infinite.
-Shear: contact_law.py. Contacts that sliding brings have the stiffness and strength of a joint
-of the same bodies that lies along them, if there is one (possible_contacts.py).
+Shear: contact_law.py. Contacts that sliding brings have the stiffness and strength of a joint of the same bodies that
+lies along them, if there is one (possible_contacts.py).
 
 Stiffness is spread over the nodes of a joint so that it resists displacement and rotation as a continuous one does:
 its moments are exact from three nodes along the joint on. With two nodes all of it sits at the ends, which makes the

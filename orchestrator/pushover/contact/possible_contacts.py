@@ -31,10 +31,10 @@ OFFSET = 0.05
 """share of the shorter face by which the lines of such faces may lie apart; beyond, nothing may be in between"""
 SIGHTS = (0.25, 0.5, 0.75)
 """where two faces look at each other, as shares of what is opposite; one that is free is enough"""
-FAR = 1e6
-"""what a joint across a contact is farther away than any along it, in lengths of joints"""
 BETWEEN = (0.1, 0.9)
 """part of the way from one to the other in which nothing may be: the two themselves end it"""
+FAR = 1e6
+"""what a joint across a contact is farther away than any along it, in lengths of joints"""
 
 
 def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contacts) -> Tracking:
